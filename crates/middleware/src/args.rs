@@ -47,7 +47,7 @@ pub enum ArgsError {
     #[error("{0} {1:?} is not supported: logging has no files; redirect standard error")]
     LogFile(String, String),
     /// A parameter file cannot be read.
-    #[error("cannot read parameter file {}", path.display())]
+    #[error("cannot read parameter file {}: {source}", path.display())]
     ReadFile {
         /// The file.
         path: PathBuf,
@@ -235,7 +235,7 @@ impl Given {
                 }
                 "-e" | "--enclave" => {
                     let enclave = value()?;
-                    names::check_enclave(&enclave)?;
+                    names::check_namespace(names::ENCLAVE, &enclave)?;
                     self.enclave = Some(enclave);
                 }
                 _ if self.log.set_switch(&arg) => {}
@@ -245,19 +245,17 @@ impl Given {
         Ok(())
     }
 
-    fn into_node(mut self, default_name: &str) -> Result<NodeArgs, ArgsError> {
+    fn into_node(self, default_name: &str) -> Result<NodeArgs, ArgsError> {
         let name = self.rules.node_name(default_name)?;
         let namespace = self.rules.namespace(&name);
         let qualified = names::join(&namespace, &name);
-        self.log.call_node_by(&qualified, &name);
-        let mut parameters = Vec::new();
+        let mut parameters = GivenParameters::new();
         for source in self.sources {
             match source {
-                Source::Argument(assignment) => {
-                    if assignment.is_for(&qualified) {
-                        parameters.push((assignment.name, assignment.value));
-                    }
+                Source::Argument(assignment) if assignment.is_for(&qualified) => {
+                    parameters.insert(assignment.name, assignment.value);
                 }
+                Source::Argument(_) => {}
                 Source::File(path) => parameters.extend(read_file(path, &qualified)?),
             }
         }
@@ -266,7 +264,7 @@ impl Given {
             namespace,
             log: self.log,
             rules: self.rules,
-            parameters: parameters.into_iter().collect(),
+            parameters,
             enclave: self.enclave.unwrap_or_else(|| "/".into()),
             notices: self.notices,
         })

@@ -236,7 +236,8 @@ fn security(
     };
     let enclave_override = set(security::OVERRIDE)?;
     if let Some(enclave) = &enclave_override {
-        names::check_enclave(enclave).map_err(EnvironmentError::SecurityEnclave)?;
+        names::check_namespace(names::ENCLAVE, enclave)
+            .map_err(EnvironmentError::SecurityEnclave)?;
     }
     Ok(Security {
         strategy: Some(strategy),

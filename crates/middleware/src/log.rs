@@ -396,6 +396,8 @@ mod tests {
             ("--ros-args --log-level info", 2),
             ("--ros-args --log-level error", 0),
             ("--ros-args --log-level lgvi_test:=info", 2),
+            ("--ros-args -r __ns:=/a --log-level lgvi_test:=info", 2),
+            ("--ros-args -r __ns:=/a --log-level a.lgvi_test:=info", 2),
             ("--ros-args --log-level lgvi_middleware::log:=error", 0),
             ("--ros-args --disable-rosout-logs --log-level info", 0),
         ] {

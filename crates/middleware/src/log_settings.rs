@@ -23,7 +23,7 @@ pub(crate) fn filter(level: &str) -> Option<LevelFilter> {
 pub struct LogSettings {
     /// `--log-level LEVEL`; `None` if not given, or unset.
     pub level: Option<LevelFilter>,
-    /// `--log-level LOGGER:=LEVEL`, in order; the node's own logger, `chaser.lgvi_propagator`, by the node's base name.
+    /// `--log-level LOGGER:=LEVEL`, in order.
     pub loggers: Vec<(String, LevelFilter)>,
     /// The console (`--disable-stdout-logs` as ROS 2 calls it; it is stderr).
     pub console: bool,
@@ -86,16 +86,6 @@ impl LogSettings {
             _ => return false,
         }
         true
-    }
-
-    /// Renames the logger of the node, `chaser.lgvi_propagator`, to its base name.
-    pub(crate) fn call_node_by(&mut self, qualified: &str, name: &str) {
-        let logger = qualified.trim_start_matches('/').replace('/', ".");
-        for (given, _) in &mut self.loggers {
-            if *given == logger {
-                *given = name.into();
-            }
-        }
     }
 }
 

@@ -7,7 +7,7 @@
 pub struct NameError {
     /// What the name stands for.
     kind: &'static str,
-    /// The name as given.
+    /// The name as given, of what is expanded the absolute one.
     name: String,
     /// What it must or must not be.
     reason: String,
@@ -39,8 +39,8 @@ impl Kind {
 }
 
 const NODE: &str = "node name";
-const NAMESPACE: &str = "namespace";
-const ENCLAVE: &str = "enclave";
+pub(crate) const NAMESPACE: &str = "namespace";
+pub(crate) const ENCLAVE: &str = "enclave";
 
 const EMPTY: &str = "must not be empty";
 
@@ -54,17 +54,8 @@ pub(crate) fn check_node_name(name: &str) -> Result<(), NameError> {
     check_token(NODE, name, name)
 }
 
-/// Checks a namespace: `/`, or `/chaser` without a slash at its end.
-pub(crate) fn check_namespace(namespace: &str) -> Result<(), NameError> {
-    check_root_or_absolute(NAMESPACE, namespace)
-}
-
-/// Checks the name of a security enclave, which has the form of a namespace.
-pub(crate) fn check_enclave(enclave: &str) -> Result<(), NameError> {
-    check_root_or_absolute(ENCLAVE, enclave)
-}
-
-fn check_root_or_absolute(kind: &'static str, name: &str) -> Result<(), NameError> {
+/// Checks a namespace, or an enclave, which has its form: `/`, or `/chaser` without a slash at its end.
+pub(crate) fn check_namespace(kind: &'static str, name: &str) -> Result<(), NameError> {
     match name {
         "/" => Ok(()),
         _ => check_absolute(kind, name, NODE_LIMIT),
@@ -201,16 +192,10 @@ mod tests {
             ("/_", "/1"),
             ("/a__b", "~/a"),
         ] {
-            assert_eq!(
-                (check_namespace(good), check_enclave(good)),
-                (Ok(()), Ok(()))
-            );
-            assert!(
-                check_namespace(bad).is_err() && check_enclave(bad).is_err(),
-                "{bad:?}"
-            );
+            assert_eq!(check_namespace(NAMESPACE, good), Ok(()));
+            assert!(check_namespace(NAMESPACE, bad).is_err(), "{bad:?}");
         }
-        let error = check_enclave("a b").unwrap_err().to_string();
+        let error = check_namespace(ENCLAVE, "a b").unwrap_err().to_string();
         assert_eq!(error, "enclave \"a b\" must start with '/'");
     }
 }

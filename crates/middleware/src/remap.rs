@@ -40,7 +40,9 @@ impl Rule {
         };
         match target {
             Target::NodeName => names::check_node_name(to).map_err(|error| error.to_string())?,
-            Target::Namespace => names::check_namespace(to).map_err(|error| error.to_string())?,
+            Target::Namespace => {
+                names::check_namespace(names::NAMESPACE, to).map_err(|error| error.to_string())?
+            }
             Target::Name(..) => check_name(to)?,
         }
         Ok(Self {

@@ -3,7 +3,7 @@
 use std::{
     collections::VecDeque,
     io::{self, BufRead, Write},
-    sync::{Arc, Condvar, Mutex, PoisonError},
+    sync::{Arc, Condvar, Mutex},
     thread,
     time::Duration,
 };
@@ -46,10 +46,10 @@ struct Waiting {
 #[derive(Debug, thiserror::Error)]
 pub enum ReportError {
     /// The line cannot be read.
-    #[error("cannot read a report")]
+    #[error("cannot read a report: {0}")]
     Read(#[from] io::Error),
     /// The line is not JSON of the expected form.
-    #[error("not a report: {:?}", excerpt(line))]
+    #[error("not a report: {:?}: {source}", excerpt(line))]
     Parse {
         /// The line.
         line: String,
@@ -59,12 +59,7 @@ pub enum ReportError {
 }
 
 impl Reporter {
-    /// Reports to standard output, which must carry nothing else.
-    pub fn stdout() -> io::Result<Self> {
-        Self::to_writer(io::stdout())
-    }
-
-    /// Reports to any writer.
+    /// Reports to a writer, which must carry nothing else.
     pub fn to_writer(writer: impl Write + Send + 'static) -> io::Result<Self> {
         let queue = Arc::new(Queue {
             waiting: Mutex::new(Waiting {
@@ -114,12 +109,8 @@ impl Reporter {
     /// Waits until all is written, or given up after `patience`.
     pub fn flush(&self, patience: Duration) {
         if let Some(queue) = &self.queue {
-            let under_way = |waiting: &mut Waiting| {
-                !waiting.closed
-                    && (waiting.writing
-                        || waiting.progress.is_some()
-                        || !waiting.reports.is_empty())
-            };
+            let under_way =
+                |waiting: &mut Waiting| !waiting.closed && (waiting.writing || !waiting.is_empty());
             // Whether it was in vain makes no difference any more.
             drop(wait_while(
                 &queue.changed,
@@ -131,24 +122,23 @@ impl Reporter {
     }
 }
 
+impl Waiting {
+    fn is_empty(&self) -> bool {
+        self.reports.is_empty() && self.progress.is_none()
+    }
+}
+
 impl Queue {
     /// The next report; none once all are written and no more come.
     fn next(&self) -> Option<Report> {
-        let mut waiting = lock(&self.waiting);
-        waiting.writing = false;
+        lock(&self.waiting).writing = false;
         self.changed.notify_all();
-        loop {
-            let next = waiting.reports.pop_front();
-            if let Some(next) = next.or_else(|| waiting.progress.take()) {
-                waiting.writing = true;
-                return Some(next);
-            }
-            if waiting.closed {
-                return None;
-            }
-            let woken = self.changed.wait(waiting);
-            waiting = woken.unwrap_or_else(PoisonError::into_inner);
-        }
+        let idle = |waiting: &mut Waiting| !waiting.closed && waiting.is_empty();
+        let mut waiting = wait_while(&self.changed, &self.waiting, Duration::MAX, idle);
+        let next = waiting.reports.pop_front();
+        let next = next.or_else(|| waiting.progress.take());
+        waiting.writing = next.is_some();
+        next
     }
 
     fn close(&self) {

@@ -3,6 +3,7 @@
 use std::{
     fs::{self, File},
     io,
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
 };
 
@@ -218,15 +219,8 @@ fn is_absence(error: &io::Error) -> bool {
 }
 
 /// Whether the group or others may read a file, itself; the directories above are not looked at.
-#[cfg(unix)]
 fn is_exposed(path: &Path) -> bool {
-    use std::os::unix::fs::PermissionsExt;
     fs::metadata(path).is_ok_and(|found| found.permissions().mode() & 0o044 != 0)
-}
-
-#[cfg(not(unix))]
-fn is_exposed(_: &Path) -> bool {
-    false
 }
 
 #[cfg(test)]

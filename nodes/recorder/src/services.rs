@@ -58,7 +58,8 @@ impl Services {
                 }
                 reply.send(&SplitBagfileResponse::default());
             });
-            match &*lock(&this.0) {
+            let queue = lock(&this.0).clone();
+            match queue {
                 Some(queue) => queue.split(answer),
                 None => answer(Err("nothing is recorded".to_owned())),
             }
@@ -86,5 +87,3 @@ impl Drop for Attached {
         *lock(&self.0.0) = None;
     }
 }
-
-impl Recording {}

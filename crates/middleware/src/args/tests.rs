@@ -119,20 +119,6 @@ fn logging_is_set_by_level_logger_and_switch() {
 }
 
 #[test]
-fn the_logger_of_a_node_bears_its_namespace() {
-    let loggers = |line| parse(line).unwrap().0.log().loggers.clone();
-    let expected = [("node".to_owned(), LevelFilter::DEBUG)];
-    assert_eq!(
-        loggers("--ros-args -r __ns:=/a/b --log-level a.b.node:=debug"),
-        expected
-    );
-    assert_eq!(
-        loggers("--ros-args -r __ns:=/a/b --log-level node:=debug"),
-        expected
-    );
-}
-
-#[test]
 fn what_asks_for_nothing_is_accepted() {
     let line = ["--ros-args", "--log-config-file", "", "--log-file-name", ""];
     assert!(NodeArgs::parse("node", line.map(Into::into)).is_ok());
@@ -190,7 +176,10 @@ fn what_is_wrong_is_said() {
         ("--ros-args -p a:={x}", "scalar or a list"),
         ("--ros-args --log-level loud", "\"loud\""),
         ("--ros-args -r __node:=a/b", "must not contain '/'"),
-        ("--ros-args --params-file /nowhere.yaml", "/nowhere.yaml"),
+        (
+            "--ros-args --params-file /nowhere.yaml",
+            "/nowhere.yaml: No such file",
+        ),
         ("--ros-args --params-file /dev/zero", "longer than"),
     ] {
         let error = parse(line).unwrap_err().to_string();

@@ -162,9 +162,7 @@ impl<M: Managed> Life<'_, M> {
                 if let Err(error) = &changed {
                     error!("{error}");
                 }
-                // What fails on the way out ends there all the same.
-                let out = matches!(asked_for, Change::CleanUp | Change::Shutdown);
-                asked.answer(out || changed.is_ok());
+                asked.answer(changed.is_ok() || is_way_out(asked_for));
             }
         }
         Ok(())
@@ -174,28 +172,23 @@ impl<M: Managed> Life<'_, M> {
     fn change(&mut self, change: Change) -> Result<(), NodeError> {
         let lifecycle = &self.node.lifecycle;
         lifecycle.begin(change);
-        let (outcome, changed) = match change {
+        let changed = match change {
             Change::Configure => {
                 // What is set from here on would not be seen.
                 self.node.parameters.configured(true);
-                match M::configure(self.node) {
-                    Ok(configured) => {
-                        self.configured = Some(configured);
-                        (Outcome::Success, Ok(()))
-                    }
-                    Err(error) => (Outcome::Failure, Err(error)),
-                }
+                M::configure(self.node).map(|configured| self.configured = Some(configured))
             }
-            Change::Activate => match self.activate() {
-                Ok(()) => (Outcome::Success, Ok(())),
-                Err(error) => (Outcome::Failure, Err(error)),
-            },
-            Change::Deactivate => (Outcome::Success, Ok(())),
-            Change::CleanUp | Change::Shutdown => match self.clean_up() {
-                Ok(()) => (Outcome::Success, Ok(())),
-                // What is left is given back all the same.
-                Err(error) => (Outcome::Success, Err(error)),
-            },
+            Change::Activate => self
+                .configured
+                .as_mut()
+                .map_or(Ok(()), |configured| configured.activate(self.node)),
+            Change::Deactivate => Ok(()),
+            Change::CleanUp | Change::Shutdown => self.clean_up(),
+        };
+        let outcome = if changed.is_ok() || is_way_out(change) {
+            Outcome::Success
+        } else {
+            Outcome::Failure
         };
         self.node.parameters.configured(self.configured.is_some());
         lifecycle.end(outcome);
@@ -228,12 +221,6 @@ impl<M: Managed> Life<'_, M> {
         });
     }
 
-    fn activate(&mut self) -> Result<(), NodeError> {
-        self.configured
-            .as_mut()
-            .map_or(Ok(()), |configured| configured.activate(self.node))
-    }
-
     fn clean_up(&mut self) -> Result<(), NodeError> {
         self.configured
             .take()
@@ -247,4 +234,9 @@ impl<M: Managed> Life<'_, M> {
         }
         self.change(Change::Shutdown)
     }
+}
+
+/// Whether a change succeeds even if something of it fails: what is left is given back all the same.
+fn is_way_out(change: Change) -> bool {
+    matches!(change, Change::CleanUp | Change::Shutdown)
 }

@@ -1,4 +1,4 @@
-use std::io::Read;
+use std::io::{self, Read};
 use std::sync::Arc;
 
 use crate::log::Rosout;
@@ -66,7 +66,7 @@ impl Node {
             Some(events) => events,
             None if supervised => {
                 supervise(&shutdown);
-                Arc::new(Reporter::stdout().map_err(NodeError::runtime)?)
+                Arc::new(Reporter::to_writer(io::stdout()).map_err(NodeError::runtime)?)
             }
             None => Arc::new(Reporter::disabled()),
         };
@@ -170,7 +170,7 @@ fn is_supervised(rest: &[String]) -> Result<bool, NodeError> {
 fn supervise(shutdown: &Shutdown) {
     let shutdown = shutdown.clone();
     std::thread::spawn(move || {
-        let _ = std::io::stdin().read_to_end(&mut Vec::new());
+        let _ = io::stdin().read_to_end(&mut Vec::new());
         shutdown.request();
     });
 }

@@ -23,34 +23,14 @@ pub type Given = BTreeMap<String, ParameterValue>;
 /// A parameter that is not known, or whose value is not accepted.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ParameterError {
-    /// The value is of another type than the parameter.
-    #[error("parameter {:?} is {}; expected {expected}", excerpt(name), excerpt(&value.to_string()))]
-    Type {
-        /// The parameter.
-        name: String,
-        /// The value.
-        value: String,
-        /// The parameter's type.
-        expected: &'static str,
-    },
-    /// The value is outside of the parameter's range.
-    #[error("parameter {:?} is {}; expected {expected}", excerpt(name), excerpt(&value.to_string()))]
-    Range {
-        /// The parameter.
-        name: String,
-        /// The value.
-        value: ParameterValue,
-        /// The parameter's range.
-        expected: String,
-    },
-    /// The value is refused by the parameter's own check.
-    #[error("parameter {:?} is {}; {reason}", excerpt(name), excerpt(&value.to_string()))]
+    /// The value is of another type than the parameter, outside of its range, or refused by its own check.
+    #[error("parameter {:?} is {}; {reason}", excerpt(name), excerpt(value))]
     Refused {
         /// The parameter.
         name: String,
         /// The value.
-        value: ParameterValue,
-        /// What the check says.
+        value: String,
+        /// What is expected instead.
         reason: String,
     },
     /// A parameter was given that the node does not have.
@@ -107,4 +87,14 @@ pub enum ParameterError {
         /// What is wrong with it.
         reason: String,
     },
+}
+
+impl ParameterError {
+    fn not_of(kind: ParameterKind, name: &str, value: impl ToString) -> Self {
+        Self::Refused {
+            name: name.into(),
+            value: value.to_string(),
+            reason: format!("expected {}", kind.expected()),
+        }
+    }
 }

@@ -155,11 +155,13 @@ impl Parameters {
             let name = parameter.name;
             match ParameterValue::from_message(parameter.value) {
                 Ok(value) => Ok((name, value)),
-                Err(number) => Err(ParameterError::Type {
-                    value: format!("of the unknown type {number}"),
-                    expected: self.spec(&name)?.kind.expected(),
-                    name,
-                }),
+                Err(number) => {
+                    let (kind, value) = (
+                        self.spec(&name)?.kind,
+                        format!("of the unknown type {number}"),
+                    );
+                    Err(ParameterError::not_of(kind, &name, value))
+                }
             }
         });
         self.set_all(values.collect::<Result<_, _>>()?)

@@ -1,6 +1,6 @@
 //! What a node says of one of its parameters, and which values it accepts.
 
-use std::sync::Arc;
+use std::{fmt, sync::Arc};
 
 use lgvi_msgs::rcl_interfaces::{FloatingPointRange, IntegerRange, ParameterDescriptor};
 
@@ -117,13 +117,9 @@ impl ParameterSpec {
 
     /// The name, and the default and the description for a person.
     pub fn help(&self) -> (&str, String) {
-        let range = match self.range {
-            None => String::new(),
-            Some(Range::Double { from, to: f64::MAX }) => format!(", at least {from:?}"),
-            Some(Range::Double { from, to }) => format!(", from {from:?} to {to:?}"),
-            Some(Range::Integer { from, to: i64::MAX }) => format!(", at least {from}"),
-            Some(Range::Integer { from, to }) => format!(", from {from} to {to}"),
-        };
+        let range = self
+            .range
+            .map_or_else(String::new, |range| format!(", {range}"));
         let constraints = match self.constraints.as_str() {
             "" => String::new(),
             text => format!("; {text}"),
@@ -144,14 +140,14 @@ impl ParameterSpec {
         &self,
         given: Option<ParameterValue>,
     ) -> Result<ParameterValue, ParameterError> {
-        let default = self.accept(self.default.clone());
-        let default = default.map_err(|error| self.wrong(&error.to_string()))?;
         match (self.range, self.kind) {
             (None, _)
             | (Some(Range::Double { .. }), ParameterKind::Double)
             | (Some(Range::Integer { .. }), ParameterKind::Integer) => {}
             _ => return Err(self.wrong("its range is not of its type")),
         }
+        let default = self.accept(self.default.clone());
+        let default = default.map_err(|error| self.wrong(&error.to_string()))?;
         match given {
             None => Ok(default),
             // As a dump of the parameters has it.
@@ -159,7 +155,9 @@ impl ParameterSpec {
             Some(ParameterValue::NotSet) if self.kind == ParameterKind::String => {
                 self.accept(NULL.into())
             }
-            Some(ParameterValue::NotSet) => Err(self.not_of_type(NULL.into())),
+            Some(ParameterValue::NotSet) => {
+                Err(ParameterError::not_of(self.kind, &self.name, NULL))
+            }
             Some(value) => self.accept(value),
         }
     }
@@ -173,21 +171,18 @@ impl ParameterSpec {
         let value = self
             .kind
             .accept(value)
-            .ok_or_else(|| self.not_of_type(text))?;
-        if let Some(range) = self.range
-            && !range.contains(&value)
-        {
-            return Err(ParameterError::Range {
-                name: self.name.clone(),
-                value,
-                expected: range.expected(),
-            });
-        }
-        match self.check.as_ref().map_or(Ok(()), |check| check(&value)) {
+            .ok_or_else(|| ParameterError::not_of(self.kind, &self.name, text))?;
+        let accepted = match self.range {
+            Some(range) if !range.contains(&value) => {
+                Err(format!("expected {} {range}", self.kind.expected()))
+            }
+            _ => self.check.as_ref().map_or(Ok(()), |check| check(&value)),
+        };
+        match accepted {
             Ok(()) => Ok(value),
             Err(reason) => Err(ParameterError::Refused {
                 name: self.name.clone(),
-                value,
+                value: value.to_string(),
                 reason,
             }),
         }
@@ -234,14 +229,6 @@ impl ParameterSpec {
             reason: reason.into(),
         }
     }
-
-    fn not_of_type(&self, value: String) -> ParameterError {
-        ParameterError::Type {
-            name: self.name.clone(),
-            value,
-            expected: self.kind.expected(),
-        }
-    }
 }
 
 impl Range {
@@ -256,11 +243,15 @@ impl Range {
             _ => false,
         }
     }
+}
 
-    fn expected(self) -> String {
+impl fmt::Display for Range {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Double { from, to } => format!("a number from {from:?} to {to:?}"),
-            Self::Integer { from, to } => format!("an integer from {from} to {to}"),
+            Self::Double { from, to: f64::MAX } => write!(f, "at least {from:?}"),
+            Self::Double { from, to } => write!(f, "from {from:?} to {to:?}"),
+            Self::Integer { from, to: i64::MAX } => write!(f, "at least {from}"),
+            Self::Integer { from, to } => write!(f, "from {from} to {to}"),
         }
     }
 }

@@ -110,11 +110,7 @@ impl Parameters {
         let text = value.to_string();
         T::from_value(value)
             .map(Some)
-            .ok_or_else(|| ParameterError::Type {
-                name: name.into(),
-                value: text,
-                expected: T::KIND.expected(),
-            })
+            .ok_or_else(|| ParameterError::not_of(T::KIND, name, text))
     }
 
     /// Has `hear` told of every change of a parameter after it has taken effect, on the thread that sets it.

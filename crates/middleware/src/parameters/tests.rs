@@ -55,15 +55,15 @@ fn what_is_given_is_checked() {
         ),
         (
             "{rate: -1}",
-            r#"parameter "rate" is -1.0; expected a number from 0.0 to"#,
+            r#"parameter "rate" is -1.0; expected a number at least 0.0"#,
         ),
         (
             "{rate: .nan}",
-            r#"parameter "rate" is NaN; expected a number from"#,
+            r#"parameter "rate" is NaN; expected a number at least"#,
         ),
         (
             "{rate: .inf}",
-            r#"parameter "rate" is inf; expected a number from"#,
+            r#"parameter "rate" is inf; expected a number at least"#,
         ),
         (
             "{rate: null}",
@@ -109,7 +109,7 @@ fn reading_says_what_is_wrong() {
     );
     assert!(matches!(
         parameters.get::<i64>("rate"),
-        Err(ParameterError::Type { .. })
+        Err(ParameterError::Refused { .. })
     ));
     assert!(matches!(
         parameters.get::<f64>("rte"),
@@ -225,7 +225,7 @@ fn declarations_that_contradict_themselves_are_refused() {
         ),
         (
             ParameterSpec::new("x", 2.0, "").integer_range(0, 9),
-            "expected an integer from",
+            "not of its type",
         ),
         (
             ParameterSpec::optional::<String>("x", "").range(0.0, 1.0),

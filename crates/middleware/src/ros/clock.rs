@@ -116,8 +116,6 @@ impl Clock {
     }
 }
 
-impl Heard {}
-
 impl Times {
     fn reached(&self, time: i64) -> bool {
         self.latest.is_some_and(|latest| latest >= time)

@@ -4,23 +4,21 @@ use std::{
     convert::Infallible,
     future::poll_fn,
     pin::Pin,
-    sync::{
-        Arc, Mutex, OnceLock, PoisonError,
-        mpsc::{self, Receiver, Sender},
-    },
+    sync::{Arc, OnceLock},
     task::{Context, Poll, Waker},
     time::Duration,
 };
 
 use lgvi_msgs::{RosMessage, Service};
 use tokio::{
-    task::{JoinHandle, yield_now},
+    runtime::{Handle, RuntimeFlavor},
+    task::{self, JoinHandle, unconstrained, yield_now},
     time::{Instant, MissedTickBehavior, interval, interval_at},
 };
 use tracing::warn;
 
 use super::{PublishError, Request, RequestId, RosError, RosNode, ServiceServer, Subscription};
-use crate::runtime::runtime;
+use crate::{block::block_on_for, runtime::runtime};
 
 /// The longest pause.
 const PAUSE: Duration = Duration::from_secs(1);
@@ -35,11 +33,11 @@ pub struct Executor {
     wakeup: Wakeup,
 }
 
-/// A started executor. Dropping it ends it after the turn that it is at.
+/// A started executor. Dropping it waits until nothing of it is left, but for a task that drops its own executor, which ends
+/// after this turn.
 #[derive(Debug)]
 pub struct Running {
     task: JoinHandle<()>,
-    end: Mutex<Receiver<Infallible>>,
     wakeup: Wakeup,
 }
 
@@ -169,32 +167,17 @@ impl Executor {
 
     /// Begins, on the runtime of the process. The tasks have their turns one after the other.
     pub fn start(self) -> Result<Running, RosError> {
-        let Self { tasks, wakeup } = self;
-        let (ended, end) = mpsc::channel();
-        let mut turns = Turns {
-            tasks,
-            _ended: ended,
-        };
+        let Self { mut tasks, wakeup } = self;
         let own = wakeup.clone();
         let task = runtime()?.spawn(poll_fn(move |context| {
             own.0.get_or_init(|| context.waker().clone());
-            // All of it is moved into this task.
-            let turns = &mut turns;
-            for task in &mut turns.tasks {
+            for task in &mut tasks {
                 let _ = task.as_mut().poll(context);
             }
             Poll::<()>::Pending
         }));
-        let end = Mutex::new(end);
-        Ok(Running { task, end, wakeup })
+        Ok(Running { task, wakeup })
     }
-}
-
-/// The tasks of a started executor.
-struct Turns {
-    tasks: Vec<Task>,
-    /// Dropped after the tasks, so that who waits for it finds nothing of them any more.
-    _ended: Sender<Infallible>,
 }
 
 impl Wakeup {
@@ -216,9 +199,16 @@ impl Running {
 impl Drop for Running {
     fn drop(&mut self) {
         self.task.abort();
-        // The task drops its sender.
-        let end = self.end.get_mut().unwrap_or_else(PoisonError::into_inner);
-        let _ = end.recv();
+        if task::try_id() == Some(self.task.id()) {
+            return;
+        }
+        let mut ended = || block_on_for(unconstrained(&mut self.task), Duration::MAX);
+        let single = RuntimeFlavor::CurrentThread;
+        let _ = match Handle::try_current() {
+            Ok(runtime) if runtime.runtime_flavor() == single => ended(),
+            // The task may be next on this very thread, which others take over meanwhile.
+            _ => task::block_in_place(ended),
+        };
     }
 }
 
@@ -237,9 +227,13 @@ fn warn_of(sent: Result<(), PublishError>) {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::mpsc;
+    use std::sync::{
+        Mutex,
+        mpsc::{self, Receiver},
+    };
 
     use super::*;
+    use crate::sync::lock;
 
     #[test]
     fn what_is_to_be_done_is_done_when_the_executor_is_woken() {
@@ -269,5 +263,54 @@ mod tests {
         acted.recv().unwrap();
         drop(running);
         assert_eq!(Arc::strong_count(&held), 1);
+    }
+
+    /// Has something done on another thread, which must come to its end.
+    fn ends(act: impl FnOnce() + Send + 'static) -> bool {
+        let (end, ended) = mpsc::channel();
+        std::thread::spawn(move || {
+            act();
+            end.send(()).unwrap();
+        });
+        ended.recv_timeout(Duration::from_secs(10)).is_ok()
+    }
+
+    /// An executor that drops what it finds in a place, and tells of it.
+    fn dropping(place: &Arc<Mutex<Option<Running>>>) -> (Running, Receiver<()>) {
+        let (tell, told) = mpsc::channel();
+        let place = Arc::clone(place);
+        let mut executor = Executor::new();
+        executor.every(Duration::from_millis(1), move || {
+            if let Some(running) = lock(&place).take() {
+                drop(running);
+                tell.send(()).unwrap();
+            }
+        });
+        (executor.start().unwrap(), told)
+    }
+
+    #[test]
+    fn an_executor_may_be_dropped_by_its_own_task() {
+        assert!(ends(|| {
+            let place = Arc::default();
+            let (running, dropped) = dropping(&place);
+            *lock(&place) = Some(running);
+            dropped.recv().unwrap();
+        }));
+    }
+
+    #[test]
+    fn an_executor_may_be_dropped_by_a_task_of_another() {
+        assert!(ends(|| {
+            let place = Arc::default();
+            let (_other, dropped) = dropping(&place);
+            let held = Arc::new(());
+            let holding = Arc::clone(&held);
+            let mut executor = Executor::new();
+            executor.whenever(move || assert_eq!(Arc::strong_count(&holding), 2));
+            *lock(&place) = Some(executor.start().unwrap());
+            dropped.recv().unwrap();
+            assert_eq!(Arc::strong_count(&held), 1);
+        }));
     }
 }

@@ -5,11 +5,12 @@
 //!
 //! # Assumptions and limitations
 //! - A publisher and a subscription of the *same* [`RosNode`] do not reliably match: use two nodes.
-//! - Only plain CDR (XCDR1) is sent and received, which is what ROS 2 uses. Type hashes are not announced.
-//! - A peer that is killed is noticed when its lease ends: 10 s to 50 s. One that is suspended for longer is kept on this
-//!   host (Linux), and lost for good beyond it: RustDDS 0.15 does not match a participant that returns.
-//! - A process that was stopped and continued (Ctrl-Z, `fg`) is deaf and mute: RustDDS 0.15 ends its threads when a
-//!   system call of theirs is interrupted. Restart it.
+//! - Only plain CDR (XCDR1) is sent and received, which is what ROS 2 uses.
+//! - Over DDS, type hashes are not announced.
+//! - Over DDS, a peer that is killed is noticed when its lease ends: 10 s to 50 s. One that is suspended for longer is kept on
+//!   this host (Linux), and lost for good beyond it: RustDDS 0.15 does not match a participant that returns.
+//! - Over DDS, a process that was stopped and continued (Ctrl-Z, `fg`) neither hears nor is heard: RustDDS 0.15 ends its
+//!   threads when a system call of theirs is interrupted. Restart it.
 //! - An endpoint may be used from several threads, but a subscription has room for only one waiting task at a time.
 
 mod action;

@@ -11,7 +11,7 @@ use crate::block::block_on_for;
 #[derive(Debug, thiserror::Error)]
 pub enum TakeError {
     /// The bytes are not a message of the expected type.
-    #[error("{topic}: sample {} of {}", info.sequence, info.writer)]
+    #[error("{topic}: sample {} of {}: {source}", info.sequence, info.writer)]
     Decode {
         /// The topic.
         topic: String,

@@ -129,7 +129,13 @@ pub(super) trait WireServer: Send + Sync {
     fn poll_take(&self, context: &Context<'_>) -> Poll<Result<Incoming, TakeError>>;
 
     /// The error of a request that is not of the service's type.
-    fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError;
+    fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
+        TakeError::Decode {
+            topic: self.service().into(),
+            info,
+            source: Box::new(source),
+        }
+    }
 
     fn reply(&self, id: RequestId, cdr: Vec<u8>) -> Result<(), PublishError>;
 

@@ -1,10 +1,5 @@
 //! The receiving end of a channel.
 
-use std::{
-    thread,
-    time::{Duration, Instant},
-};
-
 use iceoryx2::{port::subscriber::Subscriber, prelude::PortFactory as _, sample::Sample};
 
 use super::{
@@ -12,9 +7,6 @@ use super::{
     channel::{Channel, Control, State},
     node::Open,
 };
-
-/// The cycle at which counts are polled.
-const POLL: Duration = Duration::from_millis(1);
 
 /// Receives samples of a channel.
 #[derive(Debug)]
@@ -95,18 +87,6 @@ impl<C: Channel> ShmSubscriber<C> {
     /// How many publishers there are; one that was killed counts until it is cleaned up.
     pub fn publishers(&self) -> usize {
         self.open.dynamic_config().number_of_publishers()
-    }
-
-    /// Blocks until so many publishers are there or the time has passed; returns whether they are.
-    pub fn wait_for_publishers(&self, count: usize, timeout: Duration) -> bool {
-        let start = Instant::now();
-        while self.publishers() < count {
-            if start.elapsed() >= timeout {
-                return false;
-            }
-            thread::sleep(POLL);
-        }
-        true
     }
 
     fn count_gap(&mut self, sequence: u64) {

@@ -12,7 +12,7 @@ use std::{
 use crate::common::{isolated, node, own_name, python_peer};
 use lgvi_middleware::{
     Environment, Rmw, ServiceMapping,
-    ros::{ActionServer, Decision, GoalHandle, GoalState},
+    ros::{ActionServer, Decision, GoalHandle, GoalState, StopReason},
 };
 use lgvi_msgs::{
     action::{PlanManeuver, PlanManeuverFeedback, PlanManeuverGoal, PlanManeuverResult},
@@ -169,7 +169,7 @@ fn a_stranger_cancels_its_goal_and_is_refused_another() {
     let goal = server.next_goal(PATIENCE).unwrap();
     let start = Instant::now();
     let mut iteration = 0;
-    while !goal.is_cancel_requested() {
+    while goal.stop_reason() != Some(StopReason::Cancelled) {
         assert!(start.elapsed() < PATIENCE);
         iteration += 1;
         feedback(&goal, iteration);

@@ -254,6 +254,34 @@ fn what_is_no_request_is_reported_and_passed_over() {
     });
 }
 
+/// A client that floods a server which takes nothing pushes out its own requests, not those of others.
+#[test]
+fn a_flood_of_one_client_leaves_the_requests_of_others() {
+    let environment = isolated();
+    let server = server(&environment);
+    let (quiet, loud) = (client("quiet", &environment), client("loud", &environment));
+    assert!(quiet.wait_for_server(PATIENCE) && loud.wait_for_server(PATIENCE));
+    thread::scope(|scope| {
+        let call = scope.spawn(|| quiet.call(&request(1), PATIENCE));
+        thread::sleep(Duration::from_millis(500));
+        for sec in 2..302 {
+            let error = loud.call(&request(sec), Duration::from_millis(1));
+            assert!(error.is_err());
+        }
+        thread::sleep(Duration::from_millis(500));
+        let mut taken = Vec::new();
+        while let Some(Request { id, message }) =
+            server.recv_timeout(Duration::from_secs(2)).unwrap()
+        {
+            taken.push(message.goal_info.stamp.sec);
+            server.reply(id, &response(&message)).unwrap();
+        }
+        assert_eq!(taken.len(), 17, "{taken:?}");
+        assert_eq!((taken[0], taken[16]), (1, 301));
+        assert_eq!(call.join().unwrap().unwrap(), response(&request(1)));
+    });
+}
+
 /// A request that is too short for its type.
 #[derive(serde::Serialize, serde::Deserialize)]
 struct Short(u8);

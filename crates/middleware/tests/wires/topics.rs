@@ -246,6 +246,10 @@ fn a_malformed_sample_is_an_error_and_the_next_is_received() {
         matches!(&error, TakeError::Decode { topic, info, .. } if topic == "/bad" && info.sequence == 1),
         "{error}"
     );
+    let TakeError::Decode { source, .. } = &error else {
+        unreachable!()
+    };
+    assert!(error.to_string().ends_with(&source.to_string()), "{error}");
     assert_eq!(next(&subscription), text("good"));
 }
 

@@ -10,8 +10,15 @@ use std::{
 
 use crate::common::{isolated, node};
 use ::zenoh::{Session, Wait};
-use lgvi_middleware::{Environment, ros::Qos};
-use lgvi_msgs::{RosMessage, cdr, std_msgs, tf2_msgs::TFMessage};
+use lgvi_middleware::{
+    Environment,
+    ros::{CallError, Qos},
+};
+use lgvi_msgs::{
+    RosMessage, Service, cdr, std_msgs,
+    std_srvs::srv::{Trigger, TriggerRequest},
+    tf2_msgs::TFMessage,
+};
 
 const PATIENCE: Duration = Duration::from_secs(20);
 
@@ -110,7 +117,11 @@ fn a_session_that_is_no_node_reads_tokens_and_samples_and_writes_them() {
         .unwrap();
     let token = session.liveliness().declare_token(token).wait().unwrap();
     assert!(subscription.wait_for_publishers(1, PATIENCE));
-    let put = session.put(&key, cdr::encode(&text).unwrap());
+    let talker = session.declare_publisher(&key).wait().unwrap();
+    eventually("there is no route", || {
+        talker.matching_status().wait().unwrap().matching()
+    });
+    let put = talker.put(cdr::encode(&text).unwrap());
     put.attachment(attachment(5)).wait().unwrap();
     let sample = subscription.recv_timeout(PATIENCE).unwrap().unwrap();
     assert_eq!((sample.message, sample.info.sequence), (text.clone(), 5));
@@ -206,4 +217,35 @@ fn samples_missing_before_a_gap_come_from_the_cache_of_their_publisher() {
         (sample.message.data.as_str(), sample.info.sequence),
         ("0", 1)
     );
+}
+
+/// As one does that has just begun or is about to end.
+#[test]
+fn a_server_that_drops_requests_is_not_asked_without_a_pause() {
+    let environment = isolated();
+    let domain = environment.domain_id;
+    let caller = node("caller", &environment);
+    let session = stranger(&environment);
+    let (zid, hash) = (session.zid(), Trigger::TYPE_HASH);
+    let type_name = "std_srvs::srv::dds_::Trigger_";
+    let asked = Arc::new(AtomicU64::new(0));
+    let count = Arc::clone(&asked);
+    let _dropping = session
+        .declare_queryable(format!("{domain}/x/{type_name}/{hash}"))
+        .complete(true)
+        .callback(move |_| {
+            count.fetch_add(1, Ordering::Relaxed);
+        })
+        .wait()
+        .unwrap();
+    let token =
+        format!("@ros2_lv/{domain}/{zid}/0/1/SS/%/%/server/%x/{type_name}/{hash}/::,10:,:,:,,");
+    let _token = session.liveliness().declare_token(token).wait().unwrap();
+    let client = caller.service_client::<Trigger>("/x").unwrap();
+    assert!(client.wait_for_server(PATIENCE));
+    let waited = Duration::from_millis(500);
+    let error = client.call(&TriggerRequest::default(), waited).unwrap_err();
+    assert!(matches!(error, CallError::NoReply { .. }), "{error}");
+    let asked = asked.load(Ordering::Relaxed);
+    assert!((1..=51).contains(&asked), "{asked} requests");
 }

@@ -8,7 +8,6 @@ use lgvi_msgs::{
         GoalInfo, GoalStatusArray,
         srv::{CancelGoal, CancelGoalRequest, CancelGoalResponse},
     },
-    builtin_interfaces::Time,
 };
 
 use super::{GoalId, GoalState, part};
@@ -121,23 +120,6 @@ impl<A: Action> ActionClient<A> {
         self.cancel_goal.call(&request, timeout)
     }
 
-    /// Cancels all goals, or those accepted up to a time, if it is not zero.
-    ///
-    /// # Errors
-    /// The server does not answer in time.
-    pub fn cancel_all(
-        &self,
-        until: Time,
-        timeout: Duration,
-    ) -> Result<CancelGoalResponse, CallError> {
-        let goal_info = GoalInfo {
-            stamp: until,
-            ..GoalInfo::default()
-        };
-        let request = CancelGoalRequest { goal_info };
-        self.cancel_goal.call(&request, timeout)
-    }
-
     /// Waits for the next feedback on a goal; what is for others is dropped. `None` if none came.
     ///
     /// # Errors
@@ -174,10 +156,5 @@ impl<A: Action> ActionClient<A> {
                 })
                 .collect()
         }))
-    }
-
-    /// The absolute name of the action.
-    pub fn name(&self) -> &str {
-        &self.name
     }
 }

@@ -2,10 +2,7 @@
 
 use std::{
     collections::VecDeque,
-    sync::{
-        Arc,
-        atomic::{AtomicU8, Ordering},
-    },
+    sync::{Arc, Mutex},
     time::{Duration, Instant},
 };
 
@@ -18,7 +15,7 @@ use lgvi_msgs::{
 };
 
 use super::{GoalId, GoalState, StopReason};
-use crate::ros::RequestId;
+use crate::{ros::RequestId, sync::lock};
 
 /// Goals that may be active at a time.
 pub(super) const MAX_ACTIVE: usize = 16;
@@ -35,27 +32,18 @@ const MAX_WAITING: usize = 64;
 
 /// Whether and why a goal is to stop, for the thread that works on it.
 #[derive(Debug, Default)]
-pub(super) struct Stop(AtomicU8);
+pub(super) struct Stop(Mutex<Option<StopReason>>);
 
 impl Stop {
     pub(super) fn reason(&self) -> Option<StopReason> {
-        match self.0.load(Ordering::Relaxed) {
-            0 => None,
-            1 => Some(StopReason::Cancelled),
-            2 => Some(StopReason::Preempted),
-            _ => Some(StopReason::Closed),
-        }
+        *lock(&self.0)
     }
 
     /// A client's wish comes before the server's.
     pub(super) fn set(&self, reason: StopReason) {
-        let code = match reason {
-            StopReason::Cancelled => 1,
-            StopReason::Preempted => 2,
-            StopReason::Closed => 3,
-        };
-        if code == 1 || self.reason().is_none() {
-            self.0.store(code, Ordering::Relaxed);
+        let mut first = lock(&self.0);
+        if reason == StopReason::Cancelled || first.is_none() {
+            *first = Some(reason);
         }
     }
 }

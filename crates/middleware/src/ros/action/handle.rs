@@ -45,11 +45,6 @@ impl<A: Action> GoalHandle<A> {
         self.stop.reason()
     }
 
-    /// Whether a client has cancelled the goal. Cheap.
-    pub fn is_cancel_requested(&self) -> bool {
-        self.stop_reason() == Some(StopReason::Cancelled)
-    }
-
     /// Has feedback sent.
     pub fn feedback(&self, feedback: A::Feedback) {
         self.shared.feedback(self.id, feedback);

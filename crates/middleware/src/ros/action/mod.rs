@@ -55,51 +55,47 @@ impl fmt::Display for GoalId {
 
 /// Where a goal is in its life.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(i8)]
 pub enum GoalState {
     /// The server does not know the goal, or no longer.
-    Unknown,
+    Unknown = GoalStatus::STATUS_UNKNOWN,
     /// It waits to be taken up.
-    Accepted,
+    Accepted = GoalStatus::STATUS_ACCEPTED,
     /// It is being worked on.
-    Executing,
+    Executing = GoalStatus::STATUS_EXECUTING,
     /// It is to be stopped, as a client has asked for.
-    Canceling,
+    Canceling = GoalStatus::STATUS_CANCELING,
     /// It has been reached.
-    Succeeded,
+    Succeeded = GoalStatus::STATUS_SUCCEEDED,
     /// It has been stopped as a client has asked for.
-    Canceled,
+    Canceled = GoalStatus::STATUS_CANCELED,
     /// It has failed, or given way to another.
-    Aborted,
+    Aborted = GoalStatus::STATUS_ABORTED,
 }
 
 impl GoalState {
+    const ALL: [Self; 7] = [
+        Self::Unknown,
+        Self::Accepted,
+        Self::Executing,
+        Self::Canceling,
+        Self::Succeeded,
+        Self::Canceled,
+        Self::Aborted,
+    ];
+
     /// Whether the goal has come to its end.
     pub const fn is_terminal(self) -> bool {
         matches!(self, Self::Succeeded | Self::Canceled | Self::Aborted)
     }
 
     const fn code(self) -> i8 {
-        match self {
-            Self::Unknown => GoalStatus::STATUS_UNKNOWN,
-            Self::Accepted => GoalStatus::STATUS_ACCEPTED,
-            Self::Executing => GoalStatus::STATUS_EXECUTING,
-            Self::Canceling => GoalStatus::STATUS_CANCELING,
-            Self::Succeeded => GoalStatus::STATUS_SUCCEEDED,
-            Self::Canceled => GoalStatus::STATUS_CANCELED,
-            Self::Aborted => GoalStatus::STATUS_ABORTED,
-        }
+        self as i8
     }
 
-    const fn from_code(code: i8) -> Self {
-        match code {
-            GoalStatus::STATUS_ACCEPTED => Self::Accepted,
-            GoalStatus::STATUS_EXECUTING => Self::Executing,
-            GoalStatus::STATUS_CANCELING => Self::Canceling,
-            GoalStatus::STATUS_SUCCEEDED => Self::Succeeded,
-            GoalStatus::STATUS_CANCELED => Self::Canceled,
-            GoalStatus::STATUS_ABORTED => Self::Aborted,
-            _ => Self::Unknown,
-        }
+    fn from_code(code: i8) -> Self {
+        let known = Self::ALL.into_iter().find(|state| state.code() == code);
+        known.unwrap_or(Self::Unknown)
     }
 }
 

@@ -16,7 +16,6 @@ use crate::{
 
 /// Offers an action: see [`RosNode::action_server`]. Dropped, it aborts the goals that are left.
 pub struct ActionServer<A: Action> {
-    name: String,
     shared: Arc<Shared<A>>,
     _running: Running,
 }
@@ -31,7 +30,6 @@ impl<A: Action> ActionServer<A> {
         let mut protocol = Protocol::new(node, action, Arc::clone(&shared), decide)?;
         executor.cycle(CYCLE, move |context| protocol.turn(context));
         Ok(Self {
-            name: action.into(),
             shared,
             _running: executor.start()?,
         })
@@ -44,7 +42,7 @@ impl<A: Action> ActionServer<A> {
         let (id, goal, stop) = table.queue.pop_front()?;
         table.goals.execute(id);
         drop(table);
-        self.shared.wake();
+        self.shared.wakeup.wake();
         Some(GoalHandle {
             id,
             goal,
@@ -58,10 +56,5 @@ impl<A: Action> ActionServer<A> {
     pub fn shortened_by(self, shorten: fn(A::Result) -> A::Result) -> Self {
         self.shared.shorten.get_or_init(|| shorten);
         self
-    }
-
-    /// The absolute name of the action.
-    pub fn name(&self) -> &str {
-        &self.name
     }
 }

@@ -35,7 +35,7 @@ pub enum Decision {
 pub(super) struct Shared<A: Action> {
     pub(super) table: Mutex<Table<A>>,
     pub(super) arrival: Condvar,
-    wakeup: Wakeup,
+    pub(super) wakeup: Wakeup,
     /// What is left of a result that is too long.
     pub(super) shorten: OnceLock<fn(A::Result) -> A::Result>,
 }
@@ -70,7 +70,7 @@ impl<A: Action> Shared<A> {
         let mut table = lock(&self.table);
         table.finish(id, ending, result);
         drop(table);
-        self.wake();
+        self.wakeup.wake();
     }
 
     /// The same response with a shorter result, or with the default one if that is longer than `limit` too.
@@ -97,11 +97,6 @@ impl<A: Action> Shared<A> {
         }
         table.feedback.push_back(message);
         drop(table);
-        self.wake();
-    }
-
-    /// Has the protocol look for something to do.
-    pub(super) fn wake(&self) {
         self.wakeup.wake();
     }
 }

@@ -18,19 +18,11 @@ const SHARE: Duration = Duration::from_millis(100);
 const LOOK: Duration = Duration::from_millis(10);
 
 /// Bounds the waits of a node's endpoints for others, from the shutdown on.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub(super) struct Farewell {
     shutdown: OnceLock<Shutdown>,
-    left: Mutex<Duration>,
-}
-
-impl Default for Farewell {
-    fn default() -> Self {
-        Self {
-            shutdown: OnceLock::new(),
-            left: Mutex::new(BUDGET),
-        }
-    }
+    /// What the waits of all endpoints have taken since.
+    spent: Mutex<Duration>,
 }
 
 impl Farewell {
@@ -54,20 +46,18 @@ impl Farewell {
         let start = Instant::now();
         let mut spent = Duration::ZERO;
         loop {
-            let left = patience.saturating_sub(start.elapsed());
+            let mut left = patience.saturating_sub(start.elapsed());
             let begun = self.begun();
-            let left = if begun {
-                left.min(SHARE.saturating_sub(spent)).min(*lock(&self.left))
-            } else {
-                left
-            };
+            if begun {
+                let budget = BUDGET.saturating_sub(*lock(&self.spent));
+                left = left.min(SHARE.saturating_sub(spent)).min(budget);
+            }
             let began = Instant::now();
             let outcome = attempt(left.min(LOOK));
             if begun && !left.is_zero() {
                 let took = began.elapsed();
                 spent += took;
-                let mut left = lock(&self.left);
-                *left = left.saturating_sub(took);
+                *lock(&self.spent) += took;
             }
             if outcome.is_some() || left.is_zero() {
                 return outcome;

@@ -190,7 +190,7 @@ mod tests {
     }
 
     fn fence(participant: &DomainParticipant) -> Fence {
-        let laggards = Arc::new(Laggards::new(participant, true).unwrap());
+        let laggards = Arc::new(Laggards::new(participant, true, false).unwrap());
         Fence::new(participant.guid(), laggards)
     }
 

@@ -9,7 +9,7 @@ use std::{
 };
 
 use rustdds::{
-    GUID, Timestamp,
+    Timestamp,
     no_key::{DeserializedCacheChange, SimpleDataReader},
 };
 
@@ -74,10 +74,6 @@ impl Inbox {
             }),
             turn: Mutex::new(()),
         })
-    }
-
-    pub(super) fn guid(&self) -> GUID {
-        self.reader.guid()
     }
 
     pub(super) fn arrivals(&self) -> &Arrivals {

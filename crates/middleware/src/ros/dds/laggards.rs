@@ -18,7 +18,7 @@ use std::{
 
 use rustdds::{DomainParticipant, GUID};
 
-use super::{matches::Matches, rtps};
+use super::{matches::Matches, peers::discovery_port, rtps};
 use crate::sync::lock;
 
 /// How often a reader that samples were overwritten for is told so, until it has caught up.
@@ -58,28 +58,30 @@ struct Gaps {
 }
 
 impl Laggards {
-    pub(super) fn new(participant: &DomainParticipant, loopback_only: bool) -> io::Result<Self> {
+    /// `secured`: the participant has DDS security.
+    pub(super) fn new(
+        participant: &DomainParticipant,
+        loopback_only: bool,
+        secured: bool,
+    ) -> io::Result<Self> {
         let from = if loopback_only {
             Ipv4Addr::LOCALHOST
         } else {
             Ipv4Addr::UNSPECIFIED
         };
         let socket = UdpSocket::bind((from, 0))?;
+        // The one that RustDDS takes without exception.
+        let port = discovery_port(participant.domain_id(), participant.participant_id());
         socket.set_nonblocking(true)?;
         Ok(Self {
             socket,
-            own: discovery_address(participant.domain_id(), participant.participant_id()),
+            own: (Ipv4Addr::LOCALHOST, port).into(),
             count: AtomicI32::new(i32::MIN),
             suspects: Mutex::default(),
             gaps: Mutex::default(),
             any_gaps: AtomicBool::new(false),
-            secured: false,
+            secured,
         })
-    }
-
-    /// The same for a participant with DDS security: nothing can be overwritten.
-    pub(super) fn secured(self, secured: bool) -> Self {
-        Self { secured, ..self }
     }
 
     /// Whether nothing can be overwritten.
@@ -192,15 +194,6 @@ impl Laggards {
         // It is sent again until it has an effect.
         self.send(&message, locators.iter().copied());
     }
-}
-
-/// RTPS 2.5, 9.6.2.3: the default port for discovery by unicast, the one that RustDDS takes without exception.
-fn discovery_address(domain_id: u16, participant_id: u16) -> SocketAddr {
-    (
-        Ipv4Addr::LOCALHOST,
-        7410 + 250 * domain_id + 2 * participant_id,
-    )
-        .into()
 }
 
 /// The prefix of an endpoint's participant.

@@ -101,7 +101,7 @@ impl Wire for Dds {
     }
 
     fn other_nodes(&self) -> Vec<String> {
-        self.0.other_nodes()
+        self.0.names.all()
     }
 
     fn namesakes(&self) -> Vec<Namesake> {

@@ -107,7 +107,7 @@ impl Names {
         lock(&self.of).retain(|participant, _| stays(GUID::from_bytes(*participant)));
     }
 
-    /// The fully qualified names of all nodes, sorted; one that is there twice is named twice.
+    /// The fully qualified names of the nodes announced so far, sorted; one that is there twice is named twice.
     pub(super) fn all(&self) -> Vec<String> {
         let mut names: Vec<_> = lock(&self.of)
             .values()

@@ -55,7 +55,7 @@ pub(super) struct Participant {
     pub(super) matches: Arc<Matches>,
     pub(super) laggards: Arc<Laggards>,
     pub(super) faults: Arc<Faults>,
-    names: Arc<Names>,
+    pub(super) names: Arc<Names>,
     fence: Arc<Fence>,
     pub(super) farewell: Farewell,
     publisher: rustdds::Publisher,
@@ -93,8 +93,8 @@ impl Participant {
         let name = NodeName::new(args.namespace(), args.name()).map_err(text)?;
         let matches = Arc::new(Matches::default());
         let loopback_only = environment.reach == Reach::Localhost;
-        let laggards = Laggards::new(&participant, loopback_only).map_err(text)?;
-        let laggards = Arc::new(laggards.secured(enclave.is_some()));
+        let laggards = Laggards::new(&participant, loopback_only, enclave.is_some());
+        let laggards = Arc::new(laggards.map_err(text)?);
         let names = Arc::new(Names::new(participant.guid()));
         let faults = Arc::new(Faults::default());
         let fence = Arc::new(Fence::new(participant.guid(), Arc::clone(&laggards)));
@@ -164,12 +164,6 @@ impl Participant {
                     Some((name, type_names::ros_type(&dds_type)?, offer))
                 }),
         )
-    }
-
-    /// The fully qualified names of the nodes that other participants have announced so far, sorted; a name that two
-    /// nodes have is there twice.
-    pub(super) fn other_nodes(&self) -> Vec<String> {
-        self.names.all()
     }
 
     /// The nodes of other participants that have this one's name, as discovered so far.

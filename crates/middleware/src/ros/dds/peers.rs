@@ -100,7 +100,7 @@ pub(super) fn own_address(peer: Ipv4Addr) -> io::Result<Ipv4Addr> {
 }
 
 /// RTPS 2.5, 9.6.2.3: where the participant in a place listens for announcements.
-fn discovery_port(domain: u16, place: u16) -> u16 {
+pub(super) fn discovery_port(domain: u16, place: u16) -> u16 {
     7400 + 250 * domain + 10 + 2 * place
 }
 

@@ -98,15 +98,13 @@ impl Writer {
         cdr: Vec<u8>,
         related: Option<SampleId>,
     ) -> Result<SampleId, PublishError> {
-        if related.is_some() && cdr.len() > MAX_RELATED {
-            let (topic, length, limit) = (self.local.topic.clone(), cdr.len(), self.max_related());
-            if length > limit {
-                return Err(PublishError::TooLong {
-                    topic,
-                    length,
-                    limit,
-                });
-            }
+        let length = cdr.len();
+        if related.is_some() && length > MAX_RELATED && length > self.max_related() {
+            return Err(PublishError::TooLong {
+                topic: self.local.topic.clone(),
+                length,
+                limit: self.max_related(),
+            });
         }
         self.write(cdr, self.limit, related)
     }

@@ -18,21 +18,15 @@ impl Sockets {
 
     /// The numbers of the sockets that listen at one of these addresses.
     pub(super) fn at(&self, addresses: &BTreeSet<SocketAddr>) -> BTreeSet<u64> {
-        let at = |address: &SocketAddr| {
-            let IpAddr::V4(ip) = address.ip() else {
-                return Vec::new();
-            };
-            let bound = self.0.get(&address.port()).map_or(&[][..], Vec::as_slice);
-            let listening = bound
-                .iter()
-                .filter(|(to, _)| *to == ip || to.is_unspecified());
-            let numbers: Vec<_> = listening.map(|(_, number)| *number).collect();
-            if numbers.is_empty() || !is_own(ip) {
-                return Vec::new();
-            }
-            numbers
-        };
-        addresses.iter().flat_map(at).collect()
+        let addresses = addresses.iter().filter(|address| address.is_ipv4());
+        let at = addresses.flat_map(|address| {
+            let (ip, bound) = (address.ip(), self.0.get(&address.port()));
+            bound
+                .into_iter()
+                .flatten()
+                .filter(move |(to, _)| (ip == *to || to.is_unspecified()) && is_own(ip))
+        });
+        at.map(|(_, number)| *number).collect()
     }
 
     /// The table of Linux: `man 5 proc`, `/proc/net/udp`.
@@ -56,7 +50,7 @@ impl Sockets {
 }
 
 /// Whether an address is one of this host's.
-fn is_own(address: Ipv4Addr) -> bool {
+fn is_own(address: IpAddr) -> bool {
     address.is_loopback() || UdpSocket::bind((address, 0)).is_ok()
 }
 

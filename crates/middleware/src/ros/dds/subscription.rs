@@ -28,8 +28,8 @@ impl Reader {
         let reader = node.endpoint(topic, dds_topic, type_name, |_, subscriber, topic| {
             subscriber.create_simple_datareader_no_key(topic, Some(policies::requested(qos)))
         })?;
+        let local = Local::new(node, Side::Subscription, reader.guid(), topic, type_name);
         let inbox = Inbox::new(reader, topic.into(), qos.depth());
-        let local = Local::new(node, Side::Subscription, inbox.guid(), topic, type_name);
         local.node.background.add(Arc::clone(&inbox));
         Ok(Self { inbox, local })
     }

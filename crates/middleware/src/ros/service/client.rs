@@ -80,9 +80,4 @@ impl<S: Service> ServiceClient<S> {
         let response = self.wire.call(request, timeout)?;
         Ok(lgvi_msgs::cdr::decode(&response)?)
     }
-
-    /// The absolute name of the service.
-    pub fn name(&self) -> &str {
-        self.wire.service()
-    }
 }

@@ -94,11 +94,6 @@ impl<S: Service> ServiceServer<S> {
         self.wire.max_reply()
     }
 
-    /// The absolute name of the service.
-    pub fn name(&self) -> &str {
-        self.wire.service()
-    }
-
     fn decode(&self, incoming: Incoming) -> Result<Request<S::Request>, TakeError> {
         let Incoming { id, cdr, info } = incoming;
         lgvi_msgs::cdr::decode(&cdr)

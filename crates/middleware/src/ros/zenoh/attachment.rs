@@ -16,6 +16,13 @@ pub(super) struct Attachment {
     pub(super) gid: [u8; 16],
 }
 
+/// Of a publisher that is no node of ROS 2.
+const NOBODY: Attachment = Attachment {
+    sequence: UNNUMBERED as i64,
+    time: 0,
+    gid: [0; 16],
+};
+
 impl Attachment {
     pub(super) fn read(bytes: Option<&ZBytes>) -> Option<Self> {
         let read = |bytes| -> Result<Self, ZDeserializeError> {
@@ -32,20 +39,27 @@ impl Attachment {
     pub(super) fn writer(&self) -> WriterId {
         WriterId(self.gid)
     }
+
+    /// Where what it goes beside, and arrives now, comes from.
+    pub(super) fn info(&self) -> SampleInfo {
+        SampleInfo {
+            writer: self.writer(),
+            sequence: self.sequence.unsigned_abs(),
+            source_time: Some(self.time),
+            received_time: wall::now(),
+            related: None,
+        }
+    }
 }
 
-/// A sample without an attachment is that of a publisher which is no node of ROS 2, and has no number.
+/// A sample as it has arrived.
 pub(super) fn taken(sample: &::zenoh::sample::Sample) -> Sample<Vec<u8>> {
     let attachment = Attachment::read(sample.attachment());
     Sample {
         message: sample.payload().to_bytes().into_owned(),
         info: SampleInfo {
-            writer: attachment.map_or(WriterId([0; 16]), |attachment| attachment.writer()),
-            sequence: attachment
-                .map_or(UNNUMBERED, |attachment| attachment.sequence.unsigned_abs()),
             source_time: attachment.map(|attachment| attachment.time),
-            received_time: wall::now(),
-            related: None,
+            ..attachment.unwrap_or(NOBODY).info()
         },
     }
 }

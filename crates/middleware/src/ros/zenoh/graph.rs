@@ -138,11 +138,11 @@ impl Graph {
 
     pub(super) fn namesakes(&self, own: &Node) -> Vec<Namesake> {
         let table = lock(&self.shared.table);
-        let nodes = table.others.values().filter(|other| {
-            other.endpoint.is_none()
-                && other.node.namespace == own.namespace
-                && other.node.name == own.name
-        });
+        let name = own.fully_qualified_name();
+        let nodes = table
+            .others
+            .values()
+            .filter(|other| other.endpoint.is_none() && other.node.fully_qualified_name() == name);
         let namesakes = nodes.map(|other| Namesake {
             participant: other.node.session.clone(),
             addresses: Vec::new(),

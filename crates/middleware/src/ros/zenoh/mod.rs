@@ -71,6 +71,21 @@ impl Zenoh {
             .map(|connection| Self(Arc::new(connection)))
             .map_err(|reason| RosError::Join { domain_id, reason })
     }
+
+    fn make<E>(
+        &self,
+        endpoint: Endpoint,
+        make: impl FnOnce(&Arc<Connection>, Endpoint) -> Result<E, String>,
+    ) -> Result<Box<E>, RosError> {
+        let (topic, type_name) = (endpoint.topic.clone(), endpoint.type_name.clone());
+        make(&self.0, endpoint)
+            .map(Box::new)
+            .map_err(|reason| RosError::Endpoint {
+                topic,
+                type_name,
+                reason,
+            })
+    }
 }
 
 impl Connection {
@@ -110,17 +125,13 @@ impl Connection {
             topic,
             type_name: type_names::dds_type(type_name)?,
             hash: lgvi_msgs::lookup(type_name).map(|known| known.hash.to_owned()),
-            offer: match kind {
-                Kind::Publisher => Offer {
-                    reliable: qos.reliable,
-                    durable: qos.reliable && !qos.volatile,
-                    depth: qos.depth(),
+            offer: Offer {
+                reliable: qos.reliable,
+                durable: match kind {
+                    Kind::Publisher => qos.reliable && !qos.volatile,
+                    _ => qos.latched,
                 },
-                _ => Offer {
-                    reliable: qos.reliable,
-                    durable: qos.latched,
-                    depth: qos.depth(),
-                },
+                depth: qos.depth(),
             },
         })
     }
@@ -196,8 +207,7 @@ impl Wire for Zenoh {
         qos: &Qos,
     ) -> Result<Box<dyn WirePublisher>, RosError> {
         let endpoint = self.0.endpoint(Kind::Publisher, topic, type_name, qos)?;
-        made(&endpoint.clone(), Publisher::new(&self.0, endpoint))
-            .map(|made| Box::new(made) as Box<_>)
+        Ok(self.make(endpoint, Publisher::new)?)
     }
 
     fn subscription(
@@ -207,18 +217,17 @@ impl Wire for Zenoh {
         qos: &Qos,
     ) -> Result<Box<dyn WireSubscription>, RosError> {
         let endpoint = self.0.endpoint(Kind::Subscription, topic, type_name, qos)?;
-        made(&endpoint.clone(), Subscription::new(&self.0, endpoint))
-            .map(|made| Box::new(made) as Box<_>)
+        Ok(self.make(endpoint, Subscription::new)?)
     }
 
     fn server(&self, service: &str, types: ServiceTypes) -> Result<Box<dyn WireServer>, RosError> {
         let endpoint = self.0.service(Kind::Server, service, types)?;
-        made(&endpoint.clone(), Server::new(&self.0, endpoint)).map(|made| Box::new(made) as Box<_>)
+        Ok(self.make(endpoint, Server::new)?)
     }
 
     fn client(&self, service: &str, types: ServiceTypes) -> Result<Box<dyn WireClient>, RosError> {
         let endpoint = self.0.service(Kind::Client, service, types)?;
-        made(&endpoint.clone(), Client::new(&self.0, endpoint)).map(|made| Box::new(made) as Box<_>)
+        Ok(self.make(endpoint, Client::new)?)
     }
 
     fn topics(&self) -> Vec<TopicInfo> {
@@ -247,14 +256,6 @@ impl Drop for Connection {
             tracing::debug!(%error, "the Zenoh session does not close in order");
         }
     }
-}
-
-fn made<E>(endpoint: &Endpoint, made: Result<E, String>) -> Result<E, RosError> {
-    made.map_err(|reason| RosError::Endpoint {
-        topic: endpoint.topic.clone(),
-        type_name: endpoint.type_name.clone(),
-        reason,
-    })
 }
 
 fn reliability(offer: Offer) -> Reliability {

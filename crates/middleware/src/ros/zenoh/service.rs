@@ -5,9 +5,10 @@ use std::{
     sync::{
         Arc, Mutex,
         atomic::{AtomicI64, Ordering},
-        mpsc::{self, RecvTimeoutError},
+        mpsc,
     },
     task::{Context, Poll, Waker},
+    thread,
     time::Duration,
 };
 
@@ -15,23 +16,25 @@ use ::zenoh::{
     Wait,
     query::{ConsolidationMode, Query, QueryTarget, Queryable},
 };
-use lgvi_msgs::cdr::CdrError;
 use tracing::debug;
 
 use super::{Announced, Connection, attachment::Attachment, keys::Endpoint, text};
 use crate::{
     block::Deadline,
     ros::{
-        CallError, PublishError, RequestId, SampleInfo, TakeError,
+        CallError, PublishError, RequestId, TakeError,
+        service::enqueue,
         wire::{Incoming, WireClient, WireEndpoint, WireServer},
     },
     sync::lock,
     wall,
 };
 
-/// Requests that wait to be taken, and those that wait for their reply.
-const MAX_WAITING: usize = 256;
+/// Requests that wait for their reply.
 const MAX_UNANSWERED: usize = 1024;
+
+/// How long after a request that was dropped the next server is asked.
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// The longest that Zenoh itself waits for a reply.
 const LONGEST: Duration = Duration::from_secs(3600);
@@ -84,20 +87,13 @@ impl Requests {
             client: attachment.gid,
             sequence: attachment.sequence,
         };
-        let info = SampleInfo {
-            writer: attachment.writer(),
-            sequence: attachment.sequence.unsigned_abs(),
-            source_time: Some(attachment.time),
-            received_time: wall::now(),
-            related: None,
-        };
+        let info = attachment.info();
         let cdr = payload.to_bytes().into_owned();
-        if self.waiting.len() >= MAX_WAITING
-            && let Some(oldest) = self.waiting.pop_front()
-        {
+        if let Some(oldest) = enqueue(&mut self.waiting, Incoming { id, cdr, info }, |other| {
+            other.id
+        }) {
             self.unanswered.remove(&oldest.id);
         }
-        self.waiting.push_back(Incoming { id, cdr, info });
         self.order.push_back(id);
         self.unanswered.insert(id, query);
         while self.order.len() > MAX_UNANSWERED
@@ -120,14 +116,6 @@ impl WireServer for Server {
                 requests.taker = Some(context.waker().clone());
                 Poll::Pending
             }
-        }
-    }
-
-    fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
-        TakeError::Decode {
-            topic: self.service().to_owned(),
-            info,
-            source: Box::new(source),
         }
     }
 
@@ -196,10 +184,7 @@ impl Client {
             })
             .wait();
         query.map_err(|error| failed(self.service(), &error))?;
-        match answers.recv_timeout(deadline.left()) {
-            Ok(reply) => Ok(Some(reply)),
-            Err(RecvTimeoutError::Timeout | RecvTimeoutError::Disconnected) => Ok(None),
-        }
+        Ok(answers.recv_timeout(deadline.left()).ok())
     }
 }
 
@@ -223,6 +208,7 @@ impl WireClient for Client {
                 service = self.service(),
                 "the server has left: asking the next one"
             );
+            thread::sleep(PAUSE.min(deadline.left()));
         }
         let (service, waited) = (self.service().to_owned(), timeout);
         Err(if asked {

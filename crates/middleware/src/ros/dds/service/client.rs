@@ -31,7 +31,6 @@ pub(in crate::ros::dds) struct Client {
     replies: Reader,
     /// The number of the latest request, held during a call.
     turn: Mutex<i64>,
-    node: Arc<Participant>,
 }
 
 impl Client {
@@ -45,7 +44,6 @@ impl Client {
             replies: Reader::new(node, service, reply, types.response, &TAKEN)?,
             requests: Writer::new(node, service, request, types.request, &SENT)?,
             turn: Mutex::new(0),
-            node: Arc::clone(node),
         })
     }
 
@@ -56,7 +54,7 @@ impl Client {
 
     fn send(&self, cdr: Vec<u8>, number: i64) -> Result<RequestId, PublishError> {
         let (writer, reader) = (self.requests.guid(), self.replies.guid());
-        let mapping = self.node.service_mapping;
+        let mapping = self.requests.node().service_mapping;
         let mut id = RequestId {
             writer: WriterId(writer.to_bytes()),
             client: mapping::cyclone_client(writer),
@@ -74,7 +72,7 @@ impl Client {
     /// The servers' readers of requests.
     fn servers(&self) -> BTreeSet<GUID> {
         let (requests, replies) = (self.requests.guid(), self.replies.guid());
-        self.node.matches.paired(requests, replies)
+        self.requests.node().matches.paired(requests, replies)
     }
 
     /// Waits until the deadline for the reply to a request, or to an earlier one of the same call, of which `first` is
@@ -89,7 +87,7 @@ impl Client {
         loop {
             let limit = deadline.left().min(CYCLE);
             if let Some(sample) = self.next_reply(limit)? {
-                if let Some((found, cdr)) = mapping::taken_reply(self.node.service_mapping, sample)
+                if let Some((found, cdr)) = mapping::taken_reply(self.requests.node().service_mapping, sample)
                     && (first..=id.sequence).contains(&found.sequence)
                     // Servers of DDS-RPC name the writer of the request, those of ROS the reader, if it was named.
                     && (found.client == id.client || found.client == id.writer.0)
@@ -106,7 +104,10 @@ impl Client {
 impl WireClient for Client {
     fn wait_for_server(&self, timeout: Duration) -> bool {
         let (requests, replies) = (self.requests.guid(), self.replies.guid());
-        self.node.matches.wait_for_pair(requests, replies, timeout)
+        self.requests
+            .node()
+            .matches
+            .wait_for_pair(requests, replies, timeout)
     }
 
     fn call(&self, cdr: Vec<u8>, timeout: Duration) -> Result<Vec<u8>, CallError> {
@@ -114,12 +115,7 @@ impl WireClient for Client {
         let deadline = Deadline::after(timeout);
         let mut first = None;
         while self.wait_for_server(deadline.left()) {
-            while self
-                .replies
-                .arrivals()
-                .take()
-                .is_some_and(|reply| reply.is_ok())
-            {}
+            while self.replies.arrivals().take().is_some() {}
             *number += 1;
             let asked = self.servers();
             let id = self.send(cdr.clone(), *number)?;
@@ -136,7 +132,7 @@ impl WireClient for Client {
             );
         }
         let (service, waited) = (self.service().to_owned(), timeout);
-        let mapping = self.node.service_mapping;
+        let mapping = self.requests.node().service_mapping;
         let servers = self.servers();
         let other = |server: &GUID| mapping::differs(mapping, server.to_bytes());
         Err(if !servers.is_empty() && servers.iter().all(other) {

@@ -2,10 +2,7 @@
 
 use std::{
     collections::VecDeque,
-    sync::{
-        Arc, Mutex,
-        atomic::{AtomicBool, Ordering},
-    },
+    sync::{Arc, Mutex},
     task::{Context, Poll, Waker},
     time::{Duration, Instant},
 };
@@ -20,6 +17,7 @@ use crate::{
     ros::{
         PublishError, RequestId, RosError, Sample, SampleInfo, TakeError,
         dds::{naming, participant::Participant, publisher::Writer, subscription::Reader},
+        service::enqueue,
         wire::{Incoming, ServiceTypes, WireServer, WireSubscription},
     },
     runtime::runtime,
@@ -33,10 +31,6 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// How old, in nanoseconds, a request from before the server may be.
 const MAX_AGE: i64 = 1_000_000_000;
 
-/// Requests that wait: of one client, so that one that floods the server crowds out none but itself, and of all.
-const MAX_HELD_OF_CLIENT: usize = 16;
-const MAX_HELD: usize = 256;
-
 /// How often a request that is held back is looked at.
 const CYCLE: Duration = Duration::from_millis(2);
 
@@ -45,11 +39,10 @@ pub(in crate::ros::dds) struct Server {
     requests: Reader,
     replies: Writer,
     held: Mutex<VecDeque<Held>>,
-    /// Whether a task is about to look at them.
-    looking: Arc<AtomicBool>,
+    /// Who is about to look at them again.
+    taker: Arc<Mutex<Option<Waker>>>,
     /// Nanoseconds since the UNIX epoch.
     created: i64,
-    node: Arc<Participant>,
 }
 
 /// A request whose client may not yet be reachable.
@@ -70,10 +63,13 @@ impl Server {
             replies: Writer::new(node, service, reply, types.response, &SENT)?,
             requests: Reader::new(node, service, request, types.request, &TAKEN)?,
             held: Mutex::default(),
-            looking: Arc::default(),
+            taker: Arc::default(),
             created: wall::now(),
-            node: Arc::clone(node),
         })
+    }
+
+    fn node(&self) -> &Participant {
+        self.replies.node()
     }
 
     fn hold(&self, sample: Sample<Vec<u8>>) -> Result<(), TakeError> {
@@ -84,7 +80,7 @@ impl Server {
         }) {
             return Ok(());
         }
-        let mapping = self.node.service_mapping;
+        let mapping = self.node().service_mapping;
         // One that is beside the payload is not the one in it.
         let beside = mapping == ServiceMapping::Cyclone && info.related.is_some();
         if beside || mapping::differs(mapping, info.writer.0) {
@@ -93,19 +89,11 @@ impl Server {
         let Some((id, cdr)) = mapping::taken_request(mapping, sample) else {
             return Err(self.other_mapping(&info));
         };
-        let mut held = lock(&self.held);
-        let is_own = |other: &Held| other.incoming.id.writer == id.writer;
-        if held.iter().filter(|other| is_own(other)).count() >= MAX_HELD_OF_CLIENT
-            && let Some(oldest) = held.iter().position(is_own)
-        {
-            held.remove(oldest);
-        } else if held.len() >= MAX_HELD {
-            held.pop_front();
-        }
-        held.push_back(Held {
+        let held = Held {
             incoming: Incoming { id, cdr, info },
             arrived: Instant::now(),
-        });
+        };
+        enqueue(&mut lock(&self.held), held, |other| other.incoming.id);
         Ok(())
     }
 
@@ -113,7 +101,7 @@ impl Server {
         TakeError::Mapping {
             service: self.service().into(),
             client: info.writer,
-            ours: self.node.service_mapping.rmw(),
+            ours: self.node().service_mapping.rmw(),
         }
     }
 
@@ -127,21 +115,20 @@ impl Server {
 
     /// Has a task look at what is held back after a while.
     fn look_again(&self, waker: Waker) {
-        if !self.looking.swap(true, Ordering::AcqRel)
-            && let Ok(runtime) = runtime()
-        {
-            let looking = Arc::clone(&self.looking);
+        let is_due = lock(&self.taker).replace(waker).is_some();
+        if !is_due && let Ok(runtime) = runtime() {
+            let taker = Arc::clone(&self.taker);
             runtime.spawn(async move {
                 sleep(CYCLE).await;
-                looking.store(false, Ordering::Release);
-                waker.wake();
+                let taker = lock(&taker).take();
+                taker.map(Waker::wake)
             });
         }
     }
 
     /// Whether the client's reader is known, without which a reply is lost.
     fn reaches(&self, id: &RequestId) -> bool {
-        let (matches, replies) = (&self.node.matches, self.replies.guid());
+        let (matches, replies) = (&self.node().matches, self.replies.guid());
         match mapping::reader(id) {
             Some(reader) => matches.has(replies, reader),
             None => {
@@ -168,7 +155,7 @@ impl WireServer for Server {
 
     fn undecodable(&self, info: SampleInfo, source: CdrError) -> TakeError {
         // Clients that put the identity beside the payload name their reader there.
-        if self.node.service_mapping == ServiceMapping::FastDds && info.related.is_none() {
+        if self.node().service_mapping == ServiceMapping::FastDds && info.related.is_none() {
             return self.other_mapping(&info);
         }
         TakeError::Decode {
@@ -179,12 +166,12 @@ impl WireServer for Server {
     }
 
     fn reply(&self, id: RequestId, cdr: Vec<u8>) -> Result<(), PublishError> {
-        let (cdr, related) = mapping::reply(self.node.service_mapping, cdr, id);
+        let (cdr, related) = mapping::reply(self.node().service_mapping, cdr, id);
         self.replies.publish_related(cdr, related).map(drop)
     }
 
     fn max_reply(&self) -> usize {
-        match self.node.service_mapping {
+        match self.node().service_mapping {
             ServiceMapping::FastDds => self.replies.max_related(),
             ServiceMapping::Cyclone => usize::MAX,
         }

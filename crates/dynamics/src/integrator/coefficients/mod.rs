@@ -1,7 +1,7 @@
 //! Coefficients of splitting methods, each checked against its order conditions.
 //!
 //! A step of length h is split into kicks `K` (change momenta at fixed configuration) and drifts `D` (free motion).
-//! There are two families:
+//! There are three families:
 //!
 //! - [`Composition`]: weights for *any* symmetric step of second order, whether it is a splitting or not.
 //! - [`Nystrom`]: fewer force evaluations for the same error, but `D` must be the exact flow of a kinetic energy
@@ -13,6 +13,7 @@
 mod composition;
 #[cfg(test)]
 mod convergence;
+mod near_integrable;
 mod nystrom;
 #[cfg(test)]
 mod order_conditions;
@@ -20,6 +21,7 @@ mod order_conditions;
 pub(crate) use composition::{
     Composition, SOFRONIOU_SPALETTA_6, SOFRONIOU_SPALETTA_8, SOFRONIOU_SPALETTA_10, SUZUKI_4,
 };
+pub(crate) use near_integrable::{ABA_82, ABA_864, ABA_1064, LEAPFROG, NearIntegrable};
 pub(crate) use nystrom::{Nystrom, RKN_A19, SRKN_6B, SRKN_14A};
 
 /// Stages of a symmetric step of length h, `K(b₀h) D(a₀h) K(b₁h) … D(aₛ₋₁h) K(bₛh)`.

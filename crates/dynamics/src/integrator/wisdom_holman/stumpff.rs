@@ -1,0 +1,114 @@
+//! The functions `Gₙ = Xⁿ cₙ(β X²)` of Stumpff, the solutions of Kepler's problem in universal variables.
+
+/// Largest `|β X²|` for which the series are summed directly.
+const DIRECT: f64 = 1.0;
+
+/// Below this the hyperbolic functions are taken: no digits cancel, and none are lost by doubling.
+const FAR: f64 = -16.0;
+
+/// `1/(2k+2)!` and `1/(2k+3)!` for k = 0 … 8. The next term is below `2⁻⁵³` of the first for arguments up to [`DIRECT`].
+const SECOND: [f64; 9] = [
+    1.0 / 2.0,
+    1.0 / 24.0,
+    1.0 / 720.0,
+    1.0 / 40_320.0,
+    1.0 / 3_628_800.0,
+    1.0 / 479_001_600.0,
+    1.0 / 87_178_291_200.0,
+    1.0 / 20_922_789_888_000.0,
+    1.0 / 6_402_373_705_728_000.0,
+];
+const THIRD: [f64; 9] = [
+    1.0 / 6.0,
+    1.0 / 120.0,
+    1.0 / 5_040.0,
+    1.0 / 362_880.0,
+    1.0 / 39_916_800.0,
+    1.0 / 6_227_020_800.0,
+    1.0 / 1_307_674_368_000.0,
+    1.0 / 355_687_428_096_000.0,
+    1.0 / 121_645_100_408_832_000.0,
+];
+
+/// `G₀ … G₃` at some X: `G₀ = 1 − β G₂`, `G₁ = X − β G₃`, and `Gₙ' = Gₙ₋₁`.
+///
+/// For β > 0 they are `cos s`, `sin s/√β`, `(1 − cos s)/β`, `(s − sin s)/β^{3/2}` with `s = √β X`, for β < 0 the hyperbolic
+/// counterparts, and for β = 0 `Xⁿ/n!`.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Stumpff(pub(super) [f64; 4]);
+
+impl Stumpff {
+    /// The functions at X.
+    #[inline]
+    pub(super) fn at(beta: f64, x: f64) -> Self {
+        let z = beta * x * x;
+        let c = if z.abs() <= DIRECT {
+            series(z)
+        } else if z > FAR {
+            quartered(z)
+        } else {
+            hyperbolic(z)
+        };
+        let square = x * x;
+        Self([c[0], x * c[1], square * c[2], square * x * c[3]])
+    }
+
+    /// The functions at `X + δ` for a small δ, to third order.
+    #[inline]
+    pub(super) fn shifted(&self, beta: f64, shift: f64) -> Self {
+        let [g0, g1, g2, g3] = self.0;
+        let (half, third) = (0.5 * shift, shift / 3.0);
+        let (d0, d1) = (-beta * g1, -beta * g0);
+        let next = |g: [f64; 4]| g[0] + shift * (g[1] + half * (g[2] + third * g[3]));
+        Self([
+            next([g0, d0, d1, -beta * d0]),
+            next([g1, g0, d0, d1]),
+            next([g2, g1, g0, d0]),
+            next([g3, g2, g1, g0]),
+        ])
+    }
+}
+
+/// `c₀ … c₃` of a small argument.
+#[inline]
+fn series(z: f64) -> [f64; 4] {
+    let sum = |terms: &[f64; 9]| terms.iter().rev().fold(0.0, |sum, term| term - z * sum);
+    let (c2, c3) = (sum(&SECOND), sum(&THIRD));
+    [1.0 - z * c2, 1.0 - z * c3, c2, c3]
+}
+
+/// `c₀ … c₃` from those of a quarter of the argument, as often as needed: the formulas for twice the angle.
+#[cold]
+fn quartered(z: f64) -> [f64; 4] {
+    // 4⁵¹² exceeds the range of f64, and z / 4ᵏ is exact.
+    let (mut quarter, mut times) = (z, 0);
+    while quarter.abs() > DIRECT && times < 512 {
+        quarter *= 0.25;
+        times += 1;
+    }
+    let mut c = series(quarter);
+    for _ in 0..times {
+        let [c0, c1, c2, c3] = c;
+        c = [
+            2.0 * c0 * c0 - 1.0,
+            c0 * c1,
+            0.5 * c1 * c1,
+            0.25 * (c2 + c0 * c3),
+        ];
+    }
+    c
+}
+
+/// `c₀ … c₃` of an argument far below 0.
+#[cold]
+fn hyperbolic(z: f64) -> [f64; 4] {
+    let s = (-z).sqrt();
+    let (cosh, sinh) = (libm::cosh(s), libm::sinh(s));
+    let square = s * s;
+    [
+        cosh,
+        sinh / s,
+        (cosh - 1.0) / square,
+        (sinh - s) / (square * s),
+    ]
+}

@@ -25,9 +25,9 @@ pub enum KeplerScheme {
     /// Generalized order (8, 2), 4 gravity evaluations per step (McLachlan 1995; Laskar and Robutel 2001).
     Aba82,
     /// Generalized order (8, 6, 4), 7 gravity evaluations per step (Blanes et al. 2013).
-    #[default]
     Aba864,
     /// Generalized order (10, 6, 4), 8 gravity evaluations per step (Blanes et al. 2013).
+    #[default]
     Aba1064,
 }
 

@@ -9,6 +9,8 @@
 //!   motion, B kicks), and the order conditions that contain this commutator are dropped. A freely rotating rigid body
 //!   qualifies (½ Π·J⁻¹Π) if its drift is exact. If the drift itself is a second-order approximation, the order drops
 //!   to 2.
+//! - [`NearIntegrable`](near_integrable::NearIntegrable): `D` is the exact flow of nearly all of the motion and `K` that of a small
+//!   perturbation, in whose powers the conditions are sorted.
 
 mod composition;
 #[cfg(test)]
@@ -21,7 +23,9 @@ mod order_conditions;
 pub(crate) use composition::{
     Composition, SOFRONIOU_SPALETTA_6, SOFRONIOU_SPALETTA_8, SOFRONIOU_SPALETTA_10, SUZUKI_4,
 };
-pub(crate) use near_integrable::{ABA_82, ABA_864, ABA_1064, LEAPFROG, NearIntegrable};
+#[cfg(test)]
+use near_integrable::NearIntegrable;
+pub(crate) use near_integrable::{ABA_82, ABA_864, ABA_1064, LEAPFROG};
 pub(crate) use nystrom::{Nystrom, RKN_A19, SRKN_6B, SRKN_14A};
 
 /// Stages of a symmetric step of length h, `K(b₀h) D(a₀h) K(b₁h) … D(aₛ₋₁h) K(bₛh)`.

@@ -19,10 +19,17 @@ pub(super) struct Jacobi {
 struct Link {
     /// Its index.
     body: usize,
-    /// Its mass, `η_{i−1}` and `η_i`.
+    /// Its mass `m_i`, and `1/m_i`.
     mass: f64,
-    inside: f64,
+    per_mass: f64,
+    /// `1/η_{i−1}`.
+    per_inside: f64,
+    /// `η_i`, `m_i/η_i` and `η_{i−1}/η_i`.
     total: f64,
+    share: f64,
+    rest: f64,
+    /// `G m_i η_{i−1}`.
+    strength: f64,
     /// Distance from the first body at the start, by which they are ordered.
     distance: f64,
     /// The change of `r_i` and `ṙ_i` in a drift, or the force on `r_i` in a kick.
@@ -35,8 +42,12 @@ impl Jacobi {
         let links = free.iter().map(|&body| Link {
             body,
             mass: bodies[body].mass(),
-            inside: 0.0,
+            per_mass: bodies[body].mass().recip(),
+            per_inside: 0.0,
             total: 0.0,
+            share: 0.0,
+            rest: 0.0,
+            strength: 0.0,
             distance: 0.0,
             change: [Vector3::zeros(); 2],
         });
@@ -64,11 +75,14 @@ impl Jacobi {
             let nearer = one.distance.total_cmp(&other.distance);
             nearer.then(one.body.cmp(&other.body))
         });
-        let mut total = 0.0;
+        let mut inside: f64 = 0.0;
         for link in &mut self.links {
-            link.inside = total;
-            total += link.mass;
-            link.total = total;
+            link.per_inside = inside.recip();
+            link.strength = self.constant * link.mass * inside;
+            link.total = inside + link.mass;
+            link.share = link.mass / link.total;
+            link.rest = inside / link.total;
+            inside = link.total;
         }
     }
 
@@ -84,10 +98,10 @@ impl Jacobi {
         for link in &mut self.links[1..] {
             let state = &states[link.body];
             let r = state.position - place;
-            let v = state.linear_momentum / link.mass - momentum / link.inside;
+            let v = link.per_mass * state.linear_momentum - link.per_inside * momentum;
             link.change = kepler::advance(self.constant * link.total, &r, &v, h)
                 .map_err(|obstacle| obstacle.on(link.body))?;
-            place += (link.mass / link.total) * r;
+            place += link.share * r;
             momentum += state.linear_momentum;
         }
         let total = self.links[self.links.len() - 1].total;
@@ -96,14 +110,13 @@ impl Jacobi {
         let mut given = Vector3::zeros();
         for link in self.links[1..].iter().rev() {
             let [moved, turned] = link.change;
-            let (own, share) = (link.inside / link.total, link.mass / link.total);
             let state = &mut states[link.body];
-            state.position += carried + own * moved - outside[0];
-            let impulse = link.mass * (own * turned - outside[1]);
+            state.position += carried + link.rest * moved - outside[0];
+            let impulse = link.mass * (link.rest * turned - outside[1]);
             state.linear_momentum += impulse;
             given += impulse;
-            outside[0] += share * moved;
-            outside[1] += share * turned;
+            outside[0] += link.share * moved;
+            outside[1] += link.share * turned;
         }
         let first = &mut states[self.links[0].body];
         first.position += carried - outside[0];
@@ -119,9 +132,8 @@ impl Jacobi {
         for link in &mut self.links[1..] {
             let r = states[link.body].position - place;
             let squared = r.norm_squared();
-            let strength = self.constant * link.mass * link.inside;
-            link.change[0] = (strength / (squared * squared.sqrt())) * r;
-            place += (link.mass / link.total) * r;
+            link.change[0] = (link.strength / (squared * squared.sqrt())) * r;
+            place += link.share * r;
         }
         let mut outside = Vector3::zeros();
         let mut given = Vector3::zeros();
@@ -129,7 +141,7 @@ impl Jacobi {
             let force = link.change[0] - link.mass * outside;
             loads[link.body].force += force;
             given += force;
-            outside += link.change[0] / link.inside;
+            outside += link.per_inside * link.change[0];
         }
         loads[self.links[0].body].force -= given;
     }

@@ -4,7 +4,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Vector3;
 
-use super::stumpff::Stumpff;
+use super::stumpff::{Stumpff, near};
 use crate::StepError;
 
 /// Most iterations for the universal anomaly. Seven suffice for all orbits but those within rounding of a collision.
@@ -13,8 +13,9 @@ const MOST: u32 = 200;
 /// Iterations after which the bracket is halved every other time.
 const PATIENT: u32 = 20;
 
-/// A correction below this fraction of the universal anomaly is the last: the next would be of its cube.
-const LAST: f64 = 1e-6;
+/// From a point so near to the end that `|η u/r|`, `|ζ u²/r|` and `|β| u²` with `u = t/r` are below this, what remains is found by the
+/// series of the universal anomaly in time and one correction.
+const NEAR: f64 = 0.01;
 
 /// Why Kepler's motion could not be followed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -68,7 +69,7 @@ pub(super) fn advance(
         beta,
         zeta: mu - beta * r0,
     };
-    let Stumpff([_, g1, g2, _]) = orbit.solve(t)?;
+    let [g1, g2] = orbit.solve(t)?;
     let distance = r0 + orbit.eta * g1 + orbit.zeta * g2;
     let by_distance = 1.0 / distance;
     let pull = -mu * g2;
@@ -114,9 +115,13 @@ struct Orbit {
 }
 
 impl Orbit {
-    /// The functions of Stumpff at the universal anomaly of the time t ≥ 0, at most half a period.
+    /// `G₁` and `G₂` at the universal anomaly of the time t ≥ 0, at most half a period.
+    ///
+    /// At any X the motion starts anew: with the distance `r = r₀ + η G₁ + ζ G₂`, with `dr/dX = η G₀ + ζ G₁` for η and with
+    /// `d²r/dX² = ζ G₀ − β η G₁` for ζ. Where little time remains, it is followed from there by an anomaly δ, and the sum `X + δ` is
+    /// never rounded.
     #[inline]
-    fn solve(&self, t: f64) -> Result<Stumpff, Obstacle> {
+    fn solve(&self, t: f64) -> Result<[f64; 2], Obstacle> {
         let &Self {
             r0,
             eta,
@@ -126,28 +131,36 @@ impl Orbit {
         } = self;
         let [mut low, mut high] = [0.0, f64::INFINITY];
         let mut x = self.guess(t);
-        let mut error = f64::NAN;
+        let mut left = f64::NAN;
         for iteration in 0..MOST {
-            let stumpff = Stumpff::at(beta, x);
-            let [g0, g1, g2, g3] = stumpff.0;
-            error = r0 * x + eta * g2 + zeta * g3 - t;
+            let Stumpff([g0, g1, g2, g3]) = Stumpff::at(beta, x);
+            left = t - (r0 * x + eta * g2 + zeta * g3);
             let distance = r0 + eta * g1 + zeta * g2;
             let slope = eta * g0 + zeta * g1;
-            let root = (16.0 * distance * distance - 20.0 * error * slope).abs();
-            let shift = -5.0 * error / (distance + root.sqrt());
-            if shift.abs() <= LAST * x {
-                return Ok(stumpff.shifted(beta, shift));
+            let bend = zeta * g0 - beta * eta * g1;
+            let by_distance = 1.0 / distance;
+            let u = left * by_distance;
+            let (a, b) = (slope * u * by_distance, bend * u * u * by_distance);
+            let z = beta * u * u;
+            if a.abs() < NEAR && b.abs() < NEAR && z.abs() < NEAR {
+                let delta = u * series(a, b, z);
+                let [_, d1, d2, d3] = near(beta, delta);
+                let missed = left - (distance * delta + slope * d2 + bend * d3);
+                let delta = delta + missed / (distance + slope * d1 + bend * d2);
+                let [d0, d1, d2, _] = near(beta, delta);
+                return Ok([g1 * d0 + g0 * d1, g2 + g1 * d1 + g0 * d2]);
             }
-            // An error that is not a number is beyond the range of numbers, where the time is too great.
-            if error <= 0.0 {
+            // A time that is not a number is beyond the range of numbers, and too great.
+            if left >= 0.0 {
                 low = x;
             } else {
                 high = x;
             }
-            if (high.is_finite() && high - low <= f64::EPSILON * high) || error == 0.0 {
-                return Ok(stumpff);
+            if high.is_finite() && high - low <= f64::EPSILON * high {
+                return Ok([g1, g2]);
             }
-            x += shift;
+            let root = (16.0 * distance * distance + 20.0 * left * slope).abs();
+            x += 5.0 * left / (distance + root.sqrt());
             // A comparison that is false for NaN, too.
             let inside = low < x && x < high;
             if !inside || (iteration > PATIENT && iteration % 2 == 0) {
@@ -158,8 +171,8 @@ impl Orbit {
                 };
             }
         }
-        Err(if error.is_finite() {
-            Obstacle::NotConverged((error / t).abs())
+        Err(if left.is_finite() {
+            Obstacle::NotConverged((left / t).abs())
         } else {
             Obstacle::NotFinite
         })
@@ -172,7 +185,7 @@ impl Orbit {
         let a = self.eta * u / self.r0;
         let b = self.zeta * u * u / self.r0;
         if a.abs() < 0.5 && b.abs() < 1.0 {
-            u * (1.0 - 0.5 * a + 0.5 * a * a - b / 6.0)
+            u * series(a, b, self.beta * u * u)
         } else {
             self.far(t)
         }
@@ -195,6 +208,16 @@ impl Orbit {
             libm::cbrt(6.0 * t / self.mu)
         }
     }
+}
+
+/// `X/u` for a short time `t = r u`, to third order: with `a = η u/r`, `b = ζ u²/r`, `z = β u²` the derivatives of X are those of
+/// `dX/dt = 1/r`, where `dη/dt = ζ/r` and `dζ/dt = −β η/r`.
+#[inline(always)]
+fn series(a: f64, b: f64, z: f64) -> f64 {
+    let square = a * a;
+    1.0 - 0.5 * a
+        + (0.5 * square - b * (1.0 / 6.0))
+        + a * (z + 10.0 * b - 15.0 * square) * (1.0 / 24.0)
 }
 
 #[cfg(test)]

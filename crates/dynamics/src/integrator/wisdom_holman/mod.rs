@@ -68,12 +68,11 @@ impl WisdomHolman {
     /// Returns an error if there is no center or a body is pivoted.
     pub fn new(scheme: KeplerScheme, system: &System) -> Result<Self, MethodError> {
         let scheme = match scheme {
-            KeplerScheme::Leapfrog => &LEAPFROG,
-            KeplerScheme::Aba82 => &ABA_82,
-            KeplerScheme::Aba864 => &ABA_864,
-            KeplerScheme::Aba1064 => &ABA_1064,
+            KeplerScheme::Leapfrog => LEAPFROG.scheme(),
+            KeplerScheme::Aba82 => ABA_82.scheme(),
+            KeplerScheme::Aba864 => ABA_864.scheme(),
+            KeplerScheme::Aba1064 => ABA_1064.scheme(),
         };
-        let scheme = scheme.scheme();
         let stages = scheme.kicks.iter().zip(&scheme.drifts);
         let bodies = system.bodies();
         let none = vec![Load::default(); bodies.len()];

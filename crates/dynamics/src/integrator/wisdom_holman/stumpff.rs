@@ -52,27 +52,30 @@ impl Stumpff {
         let square = x * x;
         Self([c[0], x * c[1], square * c[2], square * x * c[3]])
     }
+}
 
-    /// The functions at `X + δ` for a small δ, to third order.
-    #[inline]
-    pub(super) fn shifted(&self, beta: f64, shift: f64) -> Self {
-        let [g0, g1, g2, g3] = self.0;
-        let (half, third) = (0.5 * shift, shift / 3.0);
-        let (d0, d1) = (-beta * g1, -beta * g0);
-        let next = |g: [f64; 4]| g[0] + shift * (g[1] + half * (g[2] + third * g[3]));
-        Self([
-            next([g0, d0, d1, -beta * d0]),
-            next([g1, g0, d0, d1]),
-            next([g2, g1, g0, d0]),
-            next([g3, g2, g1, g0]),
-        ])
-    }
+/// `G₀ … G₃` at a δ with `|β| δ² ≤ 0.01`, to rounding.
+#[inline]
+pub(super) fn near(beta: f64, delta: f64) -> [f64; 4] {
+    let square = delta * delta;
+    let z = beta * square;
+    let c2 = SECOND[0] - z * (SECOND[1] - z * (SECOND[2] - z * (SECOND[3] - z * SECOND[4])));
+    let c3 = THIRD[0] - z * (THIRD[1] - z * (THIRD[2] - z * (THIRD[3] - z * THIRD[4])));
+    let (g2, g3) = (square * c2, square * delta * c3);
+    [1.0 - beta * g2, delta - beta * g3, g2, g3]
 }
 
 /// `c₀ … c₃` of a small argument.
 #[inline]
 fn series(z: f64) -> [f64; 4] {
-    let sum = |terms: &[f64; 9]| terms.iter().rev().fold(0.0, |sum, term| term - z * sum);
+    let (square, fourth) = (z * z, (z * z) * (z * z));
+    // Terms in pairs, which do not wait for each other.
+    let pair = |terms: &[f64; 9], k: usize| terms[k] - z * terms[k + 1];
+    let sum = |terms: &[f64; 9]| {
+        let low = pair(terms, 0) + square * pair(terms, 2);
+        let high = pair(terms, 4) + square * pair(terms, 6);
+        low + fourth * (high + fourth * terms[8])
+    };
     let (c2, c3) = (sum(&SECOND), sum(&THIRD));
     [1.0 - z * c2, 1.0 - z * c3, c2, c3]
 }

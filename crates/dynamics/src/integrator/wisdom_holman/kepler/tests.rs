@@ -21,7 +21,7 @@ fn motions_match_mpmath() {
         worst = worst.max(error / (f64::EPSILON * condition.max(1.0)));
     }
     println!("{worst:.2}");
-    assert!(worst < 16.0, "{worst}");
+    assert!(worst < 8.0, "{worst}");
 }
 
 /// A random orbit about μ = 1 of any shape, its state, and a time within which it moves far.
@@ -65,7 +65,7 @@ fn energy_and_angular_momentum_are_kept_and_motions_go_back() {
     }
     println!("{all:?}");
     // A hyperbola that comes from afar and passes the center closely loses digits of its distance.
-    for (worst, limits) in all.iter().zip([[4e-15, 4e-15, 3e-14], [6e-14; 3]]) {
+    for (worst, limits) in all.iter().zip([[4e-15, 4e-15, 1e-13], [6e-14; 3]]) {
         let mut each = worst.iter().zip(limits);
         assert!(each.all(|(error, limit)| *error < limit), "{all:?}");
     }

@@ -124,7 +124,7 @@ fn errors_fall_with_the_step_and_with_the_perturbation() {
             let falls = (errors[0] / small).log10();
             println!("{name}, {scheme}: {errors:?}, order {found:.2}; {small:e}, power {falls:.2}");
             assert!(found > order - 0.2, "{name}, {scheme}: {found}");
-            assert!(falls > shrinks - 0.15, "{name}, {scheme}: {falls}");
+            assert!(falls > shrinks - 0.3, "{name}, {scheme}: {falls}");
         }
     }
 }

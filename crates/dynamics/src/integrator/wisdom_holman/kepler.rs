@@ -65,6 +65,7 @@ pub(super) fn advance(
     let orbit = Orbit {
         mu,
         r0,
+        by_r0,
         eta: sign * eta,
         beta,
         zeta: mu - beta * r0,
@@ -89,8 +90,8 @@ pub(super) fn advance(
 #[inline]
 fn within_a_period(mu: f64, beta: f64, t: f64) -> f64 {
     // The mean anomaly passed is β^{3/2} t/μ.
-    let squared = (beta * t / mu) * (beta * t / mu) * beta;
-    if beta > 0.0 && squared > PI * PI {
+    let [passed, half] = [beta * t, PI * mu];
+    if beta * (passed * passed) > half * half {
         reduced(mu, beta, t)
     } else {
         t
@@ -109,6 +110,7 @@ fn reduced(mu: f64, beta: f64, t: f64) -> f64 {
 struct Orbit {
     mu: f64,
     r0: f64,
+    by_r0: f64,
     eta: f64,
     beta: f64,
     zeta: f64,
@@ -181,9 +183,9 @@ impl Orbit {
     /// The universal anomaly as a series in time where it converges fast, else of the mean motion or of the asymptote.
     #[inline]
     fn guess(&self, t: f64) -> f64 {
-        let u = t / self.r0;
-        let a = self.eta * u / self.r0;
-        let b = self.zeta * u * u / self.r0;
+        let u = t * self.by_r0;
+        let a = self.eta * u * self.by_r0;
+        let b = self.zeta * u * u * self.by_r0;
         if a.abs() < 0.5 && b.abs() < 1.0 {
             u * series(a, b, self.beta * u * u)
         } else {

@@ -2,6 +2,7 @@
 //! motion, momenta to rounding, and refusals.
 
 use fastrand::Rng;
+use lgvi_dynamics::docking::{Docking, Port};
 use lgvi_dynamics::gravity::{Central, Gravity, Multipole, Mutual, Uniform};
 use lgvi_dynamics::integrator::KeplerScheme;
 use lgvi_dynamics::{
@@ -372,4 +373,48 @@ fn a_collision_is_an_error_and_leaves_no_trace() {
     } else {
         assert!(simulation.states()[0].position.norm() < 1e-7);
     }
+}
+
+/// Two bodies about a center dock at once and then fly as one, as by a method with error control.
+#[test]
+fn bodies_that_dock_fly_on() {
+    let bodies = vec![dumbbell(1e-3, 0.02), dumbbell(2e-3, 0.01)];
+    let states = vec![
+        at(&bodies[0], [1.0, 0.0, 0.0], [0.0, 1.05, 0.1]),
+        at(&bodies[1], [1.08, 0.0, 0.0], [0.0, 1.04, 0.1]),
+    ];
+    let port = |body| Port {
+        body,
+        position: Vector3::zeros(),
+        axis: Vector3::x(),
+    };
+    let docking = Docking {
+        ports: [port(0), port(1)],
+        distance: f64::INFINITY,
+        angle: 4.0,
+        speed: f64::INFINITY,
+        rate: f64::INFINITY,
+    };
+    let gravity = || -> Vec<Box<dyn Gravity>> {
+        vec![
+            Box::new(Multipole::oblate(1.0, 1e-3, 0.5)),
+            Box::new(Mutual::new(1e-6)),
+        ]
+    };
+    let ends = [best(), REFERENCE].map(|method| {
+        let simulation = move |system, states| Simulation::new(system, states, method, 0.05);
+        let start = simulation(System::new(bodies.clone(), gravity()), states.clone());
+        let joined = start
+            .expect("a method")
+            .with_dockings(vec![docking], gravity, simulation);
+        let mut joined = joined.expect("a docking");
+        for _ in 0..100 {
+            joined.advance(&[Load::default(); 2]).expect("a step");
+        }
+        assert_eq!(joined.docked().len(), 1);
+        joined
+    });
+    let error = apart(&ends[0], &ends[1]);
+    println!("{error:e}");
+    assert!(error < 1e-7, "{error:e}");
 }

@@ -16,8 +16,8 @@ pub enum Rotor {
     Exact,
 }
 
-/// The coefficients of a [`WisdomHolman`] step. With a perturbation of relative size ε, a step of generalized order (n₁, n₂, n₃)
-/// errs by `O(ε h^(n₁+1) + ε² h^(n₂+1) + ε³ h^(n₃+1))`.
+/// The coefficients of a [`WisdomHolman`] step. With a perturbation of relative size ε, a step of generalized order
+/// (n₁, n₂, n₃) errs by `O(ε h^(n₁+1) + ε² h^(n₂+1) + ε³ h^(n₃+1))`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum KeplerScheme {
     /// Half a kick, a drift and half a kick: generalized order (2, 2), 1 gravity evaluation per step.

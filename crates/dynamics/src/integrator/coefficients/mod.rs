@@ -9,8 +9,8 @@
 //!   motion, B kicks), and the order conditions that contain this commutator are dropped. A freely rotating rigid body
 //!   qualifies (½ Π·J⁻¹Π) if its drift is exact. If the drift itself is a second-order approximation, the order drops
 //!   to 2.
-//! - [`NearIntegrable`](near_integrable::NearIntegrable): `D` is the exact flow of nearly all of the motion and `K` that of a small
-//!   perturbation, in whose powers the conditions are sorted.
+//! - [`NearIntegrable`](near_integrable::NearIntegrable): `D` is the exact flow of nearly all of the motion
+//!   and `K` that of a small perturbation, in whose powers the conditions are sorted.
 
 mod composition;
 #[cfg(test)]

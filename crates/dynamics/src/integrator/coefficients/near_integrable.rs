@@ -3,11 +3,12 @@
 
 use super::{Scheme, mirrored};
 
-/// Alternating kicks and drifts, `b₀, a₀, b₁, …`, for a Hamiltonian `A + εB` where the drift is the exact flow of A and the kick that
-/// of εB.
+/// Alternating kicks and drifts, `b₀, a₀, b₁, …`, for a Hamiltonian `A + εB` where the drift is the exact flow of A and
+/// the kick that of εB.
 ///
-/// A step of generalized order (n₁, n₂, n₃) errs by `O(ε h^(n₁+1) + ε² h^(n₂+1) + ε³ h^(n₃+1))`, where the last number holds for all
-/// higher powers of ε. Its conditions are those for words of the letters A and B with one, two, three or more B up to these lengths.
+/// A step of generalized order (n₁, n₂, n₃) errs by `O(ε h^(n₁+1) + ε² h^(n₂+1) + ε³ h^(n₃+1))`, where the last number
+/// holds for all higher powers of ε. Its conditions are those for words of the letters A and B with one, two, three or
+/// more B up to these lengths.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct NearIntegrable {
     pub(super) half: &'static [f64],
@@ -20,13 +21,13 @@ impl NearIntegrable {
     }
 }
 
-/// The leapfrog, generalized order (2, 2): J. Wisdom, M. Holman, *Symplectic maps for the n-body problem*, Astron. J. 102 (1991)
-/// 1528–1538. Begins and ends with a kick.
+/// The leapfrog, generalized order (2, 2): J. Wisdom, M. Holman, *Symplectic maps for the n-body problem*, Astron. J.
+/// 102 (1991) 1528–1538. Begins and ends with a kick.
 pub(crate) static LEAPFROG: NearIntegrable = NearIntegrable { half: &[0.5, 1.0] };
 
-/// Generalized order (8, 2), 4 kicks: R. I. McLachlan, *Composition methods in the presence of small parameters*, BIT 35 (1995)
-/// 258–268; SABA₄ of J. Laskar, P. Robutel, *High order symplectic integrators for perturbed Hamiltonian systems*, Celest. Mech.
-/// Dyn. Astron. 80 (2001) 39–62. Kicks are at the nodes of Gauss with his weights.
+/// Generalized order (8, 2), 4 kicks: R. I. McLachlan, *Composition methods in the presence of small parameters*, BIT
+/// 35 (1995) 258–268; SABA₄ of J. Laskar, P. Robutel, *High order symplectic integrators for perturbed Hamiltonian
+/// systems*, Celest. Mech. Dyn. Astron. 80 (2001) 39–62. Kicks are at the nodes of Gauss with his weights.
 pub(crate) static ABA_82: NearIntegrable = NearIntegrable {
     half: &[
         0.0,
@@ -38,8 +39,9 @@ pub(crate) static ABA_82: NearIntegrable = NearIntegrable {
     ],
 };
 
-/// Generalized order (8, 6, 4), 7 kicks: S. Blanes, F. Casas, A. Farrés, J. Laskar, J. Makazaga, A. Murua, *New families of symplectic
-/// splitting methods for numerical integration in dynamical astronomy*, Appl. Numer. Math. 68 (2013) 58–72, arXiv:1208.0689.
+/// Generalized order (8, 6, 4), 7 kicks: S. Blanes, F. Casas, A. Farrés, J. Laskar, J. Makazaga, A. Murua, *New
+/// families of symplectic splitting methods for numerical integration in dynamical astronomy*, Appl. Numer. Math. 68
+/// (2013) 58–72, arXiv:1208.0689.
 pub(crate) static ABA_864: NearIntegrable = NearIntegrable {
     half: &[
         0.0,

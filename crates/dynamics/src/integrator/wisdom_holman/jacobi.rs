@@ -5,10 +5,10 @@ use crate::{BodyState, Load, RigidBody, StepError};
 
 /// Kepler's motion of free bodies in Jacobi coordinates: each about the center of mass of those before it.
 ///
-/// With the heaviest body first and then by distance from it, `η_i = m_0 + … + m_i`, `R_i` the center of mass of the first i + 1
-/// bodies, and `r_i = x_i − R_{i−1}`, the kinetic energy is `|P|²/2M + Σ μ_i |ṙ_i|²/2` with `μ_i = m_i η_{i−1}/η_i`, and
-/// `A = |P|²/2M + Σ (μ_i |ṙ_i|²/2 − G m_i η_{i−1}/|r_i|)`: the center of mass moves uniformly, and each `r_i` in the field of
-/// `GM = G η_i`.
+/// With the heaviest body first and then by distance from it, `η_i = m_0 + … + m_i`, `R_i` the center of mass of the
+/// first i + 1 bodies, and `r_i = x_i − R_{i−1}`, the kinetic energy is `|P|²/2M + Σ μ_i |ṙ_i|²/2` with
+/// `μ_i = m_i η_{i−1}/η_i`, and `A = |P|²/2M + Σ (μ_i |ṙ_i|²/2 − G m_i η_{i−1}/|r_i|)`: the center of mass moves
+/// uniformly, and each `r_i` in the field of `GM = G η_i`.
 pub(super) struct Jacobi {
     constant: f64,
     /// The bodies from the inside out.
@@ -88,8 +88,8 @@ impl Jacobi {
 
     /// Moves the bodies by `h`.
     ///
-    /// Only changes are carried back from the `r_i`: `Δx_i = h P/M + (η_{i−1}/η_i) Δr_i − Σ_{j>i} (m_j/η_j) Δr_j`, so that rounding
-    /// is that of the changes, and the first body receives the opposite of all other changes of momentum.
+    /// Only changes are carried back from the `r_i`: `Δx_i = h P/M + (η_{i−1}/η_i) Δr_i − Σ_{j>i} (m_j/η_j) Δr_j`, so
+    /// that rounding is that of the changes, and the first body receives the opposite of all other changes of momentum.
     #[inline]
     pub(super) fn drift(&mut self, states: &mut [BodyState], h: f64) -> Result<(), StepError> {
         let first = &states[self.center()];
@@ -124,8 +124,8 @@ impl Jacobi {
         Ok(())
     }
 
-    /// Subtracts the attractions of A from the loads: with the force `g_i = −G m_i η_{i−1} r_i/|r_i|³` on each `r_i`, body i feels
-    /// `g_i − m_i Σ_{j>i} g_j/η_{j−1}`.
+    /// Subtracts the attractions of A from the loads: with the force `g_i = −G m_i η_{i−1} r_i/|r_i|³` on each `r_i`,
+    /// body i feels `g_i − m_i Σ_{j>i} g_j/η_{j−1}`.
     #[inline]
     pub(super) fn subtract(&mut self, states: &[BodyState], loads: &mut [Load]) {
         let mut place = states[self.center()].position;

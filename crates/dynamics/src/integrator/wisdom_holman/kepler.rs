@@ -7,14 +7,14 @@ use nalgebra::Vector3;
 use super::stumpff::{Stumpff, near};
 use crate::StepError;
 
-/// Most iterations for the universal anomaly. Seven suffice for all orbits but those within rounding of a collision.
+/// Most iterations for the universal anomaly.
 const MOST: u32 = 200;
 
 /// Iterations after which the bracket is halved every other time.
 const PATIENT: u32 = 20;
 
-/// From a point so near to the end that `|η u/r|`, `|ζ u²/r|` and `|β| u²` with `u = t/r` are below this, what remains is found by the
-/// series of the universal anomaly in time and one correction.
+/// From a point so near to the end that `|η u/r|`, `|ζ u²/r|` and `|β| u²` with `u = t/r` are below this, what remains
+/// is found by the series of the universal anomaly in time and one correction.
 const NEAR: f64 = 0.01;
 
 /// Why Kepler's motion could not be followed.
@@ -42,12 +42,12 @@ impl Obstacle {
 
 /// The change of relative position and velocity over the time `t` of either sign in the field `−μ r/|r|³`, μ > 0.
 ///
-/// With `r₀ = |r|`, `η = r·v`, `β = 2μ/r₀ − v²`, `ζ = μ − β r₀` and the functions of [`Stumpff`], the universal anomaly X solves
-/// `t = r₀ X + η G₂ + ζ G₃`, where `dt/dX = r₀ + η G₁ + ζ G₂` is the distance, and the motion is
+/// With `r₀ = |r|`, `η = r·v`, `β = 2μ/r₀ − v²`, `ζ = μ − β r₀` and the functions of [`Stumpff`], the universal anomaly
+/// X solves `t = r₀ X + η G₂ + ζ G₃`, where `dt/dX = r₀ + η G₁ + ζ G₂` is the distance, and the motion is
 /// `r ← r + (f − 1) r + g v`, `v ← v + ḟ r + (ġ − 1) v`, `f − 1 = −μ G₂/r₀`, `g = r₀ G₁ + η G₂`, `ḟ = −μ G₁/(r₀ r)`,
-/// `ġ − 1 = −μ G₂/r` (K. Stumpff, *Himmelsmechanik I*, 1959; H. Rein, D. Tamayo, MNRAS 452 (2015) 376–388). The time is a
-/// monotonic function of X, so that a bracket guards the iteration of Laguerre and Conway (B. A. Conway, Celest. Mech. 39 (1986)
-/// 199–211).
+/// `ġ − 1 = −μ G₂/r` (K. Stumpff, *Himmelsmechanik I*, 1959; H. Rein, D. Tamayo, MNRAS 452 (2015) 376–388). The time is
+/// a monotonic function of X, so that a bracket guards the iteration of Laguerre and Conway (B. A. Conway, Celest.
+/// Mech. 39 (1986) 199–211).
 #[inline]
 pub(super) fn advance(
     mu: f64,
@@ -119,9 +119,9 @@ struct Orbit {
 impl Orbit {
     /// `G₁` and `G₂` at the universal anomaly of the time t ≥ 0, at most half a period.
     ///
-    /// At any X the motion starts anew: with the distance `r = r₀ + η G₁ + ζ G₂`, with `dr/dX = η G₀ + ζ G₁` for η and with
-    /// `d²r/dX² = ζ G₀ − β η G₁` for ζ. Where little time remains, it is followed from there by an anomaly δ, and the sum `X + δ` is
-    /// never rounded.
+    /// At any X the motion starts anew: with the distance `r = r₀ + η G₁ + ζ G₂`, with `dr/dX = η G₀ + ζ G₁` for η and
+    /// with `d²r/dX² = ζ G₀ − β η G₁` for ζ. Where little time remains, it is followed from there by an anomaly δ, and
+    /// the sum `X + δ` is never rounded.
     #[inline]
     fn solve(&self, t: f64) -> Result<[f64; 2], Obstacle> {
         let &Self {
@@ -212,8 +212,8 @@ impl Orbit {
     }
 }
 
-/// `X/u` for a short time `t = r u`, to third order: with `a = η u/r`, `b = ζ u²/r`, `z = β u²` the derivatives of X are those of
-/// `dX/dt = 1/r`, where `dη/dt = ζ/r` and `dζ/dt = −β η/r`.
+/// `X/u` for a short time `t = r u`, to third order: with `a = η u/r`, `b = ζ u²/r`, `z = β u²` the derivatives of X
+/// are those of `dX/dt = 1/r`, where `dη/dt = ζ/r` and `dζ/dt = −β η/r`.
 #[inline(always)]
 fn series(a: f64, b: f64, z: f64) -> f64 {
     let square = a * a;

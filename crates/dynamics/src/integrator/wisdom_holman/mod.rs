@@ -23,22 +23,23 @@ const NAME: &str = "Wisdom–Holman";
 /// Greatest ratio of the perturbation to the attraction of the center at the start.
 const PERTURBATION: f64 = 0.5;
 
-/// Drifts along Kepler's motion and the free rotation, both exact, and kicks by what remains of gravity: `H = A + B`, where A is the
-/// kinetic energy and the attraction of the centers, and B the rest of the potential.
+/// Drifts along Kepler's motion and the free rotation, both exact, and kicks by what remains of gravity: `H = A + B`,
+/// where A is the kinetic energy and the attraction of the centers, and B the rest of the potential.
 ///
-/// The center of all free bodies is the strongest of the fixed sources, fixed bodies and free bodies. About a fixed center each
-/// body has a Kepler motion of its own. If the center is a free body, they are taken in Jacobi coordinates, which for two bodies
-/// are the relative ones. The free rotation commutes with Kepler's motion, and B depends on the configuration only, so that a kick
-/// is one evaluation of forces and moments.
+/// The center of all free bodies is the strongest of the fixed sources, fixed bodies and free bodies. About a fixed
+/// center each body has a Kepler motion of its own. If the center is a free body, they are taken in Jacobi coordinates,
+/// which for two bodies are the relative ones. The free rotation commutes with Kepler's motion, and B depends on the
+/// configuration only, so that a kick is one evaluation of forces and moments.
 ///
-/// Every step is symplectic and time-reversible and conserves total linear and angular momentum under mutual gravity to rounding.
-/// Its error is proportional to the perturbation; a single point of mass about a point moves exactly in steps of any length.
+/// Every step is symplectic and time-reversible and conserves total linear and angular momentum under mutual gravity to
+/// rounding. Its error is proportional to the perturbation; a single point of mass about a point moves exactly in steps
+/// of any length.
 ///
 /// # Assumptions and limitations
-/// The perturbation is at most half of the attraction of the center at the start, which is checked once. A close approach of
-/// two bodies neither of which is the center of the other is as accurate as in a method without Kepler's motion. A pass of the
-/// center within a step is followed, but whether it enters the radius of the center is checked at the end of the step only. Pivoted
-/// bodies are not supported.
+/// The perturbation is at most half of the attraction of the center at the start, which is checked once. A close
+/// approach of two bodies neither of which is the center of the other is as accurate as in a method without Kepler's
+/// motion. A pass of the center within a step is followed, but whether it enters the radius of the center is checked at
+/// the end of the step only. Pivoted bodies are not supported.
 pub struct WisdomHolman {
     /// Coefficients of each kick and of the drift after it.
     stages: Vec<[f64; 2]>,

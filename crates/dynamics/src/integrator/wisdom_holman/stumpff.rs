@@ -6,7 +6,8 @@ const DIRECT: f64 = 1.0;
 /// Below this the hyperbolic functions are taken: no digits cancel, and none are lost by doubling.
 const FAR: f64 = -16.0;
 
-/// `1/(2k+2)!` and `1/(2k+3)!` for k = 0 … 8. The next term is below `2⁻⁵³` of the first for arguments up to [`DIRECT`].
+/// `1/(2k+2)!` and `1/(2k+3)!` for k = 0 … 8. The next term is below `2⁻⁵³` of the first for arguments up to
+/// [`DIRECT`].
 const SECOND: [f64; 9] = [
     1.0 / 2.0,
     1.0 / 24.0,
@@ -32,8 +33,8 @@ const THIRD: [f64; 9] = [
 
 /// `G₀ … G₃` at some X: `G₀ = 1 − β G₂`, `G₁ = X − β G₃`, and `Gₙ' = Gₙ₋₁`.
 ///
-/// For β > 0 they are `cos s`, `sin s/√β`, `(1 − cos s)/β`, `(s − sin s)/β^{3/2}` with `s = √β X`, for β < 0 the hyperbolic
-/// counterparts, and for β = 0 `Xⁿ/n!`.
+/// For β > 0 they are `cos s`, `sin s/√β`, `(1 − cos s)/β`, `(s − sin s)/β^{3/2}` with `s = √β X`, for β < 0 the
+/// hyperbolic counterparts, and for β = 0 `Xⁿ/n!`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Stumpff(pub(super) [f64; 4]);
 

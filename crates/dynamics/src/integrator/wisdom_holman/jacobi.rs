@@ -19,15 +19,12 @@ pub(super) struct Jacobi {
 struct Link {
     /// Its index.
     body: usize,
-    /// Its mass `m_i`, and `1/m_i`.
+    /// Its mass `m_i`.
     mass: f64,
-    per_mass: f64,
-    /// `1/η_{i−1}`.
-    per_inside: f64,
-    /// `η_i`, `m_i/η_i` and `η_{i−1}/η_i`.
+    /// `η_{i−1}`, `η_i` and `m_i/η_i`.
+    inside: f64,
     total: f64,
     share: f64,
-    rest: f64,
     /// `G m_i η_{i−1}`.
     strength: f64,
     /// Distance from the first body at the start, by which they are ordered.
@@ -42,11 +39,9 @@ impl Jacobi {
         let links = free.iter().map(|&body| Link {
             body,
             mass: bodies[body].mass(),
-            per_mass: bodies[body].mass().recip(),
-            per_inside: 0.0,
+            inside: 0.0,
             total: 0.0,
             share: 0.0,
-            rest: 0.0,
             strength: 0.0,
             distance: 0.0,
             change: [Vector3::zeros(); 2],
@@ -77,11 +72,10 @@ impl Jacobi {
         });
         let mut inside: f64 = 0.0;
         for link in &mut self.links {
-            link.per_inside = inside.recip();
+            link.inside = inside;
             link.strength = self.constant * link.mass * inside;
             link.total = inside + link.mass;
             link.share = link.mass / link.total;
-            link.rest = inside / link.total;
             inside = link.total;
         }
     }
@@ -90,6 +84,8 @@ impl Jacobi {
     ///
     /// Only changes are carried back from the `r_i`: `Δx_i = h P/M + (η_{i−1}/η_i) Δr_i − Σ_{j>i} (m_j/η_j) Δr_j`, so
     /// that rounding is that of the changes, and the first body receives the opposite of all other changes of momentum.
+    /// Factors that are rounded, such as `1/m_i` and `η_{i−1}/η_i`, are avoided: their products would not be 1, and energy
+    /// would drift with the number of steps.
     #[inline]
     pub(super) fn drift(&mut self, states: &mut [BodyState], h: f64) -> Result<(), StepError> {
         let first = &states[self.center()];
@@ -98,7 +94,7 @@ impl Jacobi {
         for link in &mut self.links[1..] {
             let state = &states[link.body];
             let r = state.position - place;
-            let v = link.per_mass * state.linear_momentum - link.per_inside * momentum;
+            let v = state.linear_momentum / link.mass - momentum / link.inside;
             link.change = kepler::advance(self.constant * link.total, &r, &v, h)
                 .map_err(|obstacle| obstacle.on(link.body))?;
             place += link.share * r;
@@ -110,13 +106,14 @@ impl Jacobi {
         let mut given = Vector3::zeros();
         for link in self.links[1..].iter().rev() {
             let [moved, turned] = link.change;
+            let shared = [link.share * moved, link.share * turned];
             let state = &mut states[link.body];
-            state.position += carried + link.rest * moved - outside[0];
-            let impulse = link.mass * (link.rest * turned - outside[1]);
+            state.position += carried + (moved - shared[0] - outside[0]);
+            let impulse = link.mass * (turned - shared[1] - outside[1]);
             state.linear_momentum += impulse;
             given += impulse;
-            outside[0] += link.share * moved;
-            outside[1] += link.share * turned;
+            outside[0] += shared[0];
+            outside[1] += shared[1];
         }
         let first = &mut states[self.links[0].body];
         first.position += carried - outside[0];
@@ -141,7 +138,7 @@ impl Jacobi {
             let force = link.change[0] - link.mass * outside;
             loads[link.body].force += force;
             given += force;
-            outside += link.per_inside * link.change[0];
+            outside += link.change[0] / link.inside;
         }
         loads[self.links[0].body].force -= given;
     }

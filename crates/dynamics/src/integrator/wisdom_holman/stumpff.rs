@@ -67,18 +67,23 @@ pub(super) fn near(beta: f64, delta: f64) -> [f64; 4] {
 }
 
 /// `c₀ … c₃` of a small argument.
+///
+/// The first terms of `c₁` and `c₂` are quotients. A factor 1/6 or 1/24 would be wrong by the same rounding each time, and
+/// energy and angular momentum would drift with the number of steps.
 #[inline]
 fn series(z: f64) -> [f64; 4] {
-    let (square, fourth) = (z * z, (z * z) * (z * z));
+    let square = z * z;
     // Terms in pairs, which do not wait for each other.
     let pair = |terms: &[f64; 9], k: usize| terms[k] - z * terms[k + 1];
-    let sum = |terms: &[f64; 9]| {
-        let low = pair(terms, 0) + square * pair(terms, 2);
-        let high = pair(terms, 4) + square * pair(terms, 6);
-        low + fourth * (high + fourth * terms[8])
+    let beyond = |terms: &[f64; 9]| {
+        let high = pair(terms, 6) + square * terms[8];
+        pair(terms, 2) + square * (pair(terms, 4) + square * high)
     };
-    let (c2, c3) = (sum(&SECOND), sum(&THIRD));
-    [1.0 - z * c2, 1.0 - z * c3, c2, c3]
+    let [second, third] = [&SECOND, &THIRD].map(beyond);
+    let c1 = 1.0 - (z / 6.0 - square * (THIRD[1] - z * third));
+    let c2 = 0.5 - (z / 24.0 - square * second);
+    let c3 = THIRD[0] - (z * THIRD[1] - square * third);
+    [1.0 - z * c2, c1, c2, c3]
 }
 
 /// `c₀ … c₃` from those of a quarter of the argument, as often as needed: the formulas for twice the angle.

@@ -1,7 +1,7 @@
 //! The integrators that are compared.
 
 use lgvi_dynamics::Method;
-use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::integrator::{ChartOrigin, KeplerScheme, Quadrature, Rotor};
 
 /// How a method is tuned.
 pub(crate) enum Family {
@@ -38,6 +38,17 @@ pub(crate) fn families() -> Vec<(String, Family)> {
         families.push((
             format!("Nyström {order}"),
             Family::Stepped(Method::Nystrom { order }),
+        ));
+    }
+    for scheme in [
+        KeplerScheme::Leapfrog,
+        KeplerScheme::Aba82,
+        KeplerScheme::Aba864,
+        KeplerScheme::Aba1064,
+    ] {
+        families.push((
+            format!("Wisdom–Holman {scheme}"),
+            Family::Stepped(Method::WisdomHolman { scheme }),
         ));
     }
     for degree in [2, 4, 6] {

@@ -49,8 +49,8 @@ impl Simulation {
     ///
     /// # Errors
     /// Returns an error if `states` does not contain one state per body, if a state is not finite or an attitude is not
-    /// a rotation, if the step is 0 or not finite, or if values are so large or small that their products overflow or
-    /// underflow in double precision.
+    /// a rotation, if the step is 0 or not finite, if values are so large or small that their products overflow or
+    /// underflow in double precision, or if the integrator is not for this motion.
     pub fn with_integrator(
         mut system: System,
         mut states: Vec<BodyState>,
@@ -60,6 +60,7 @@ impl Simulation {
         check_step(h)?;
         check(&system, &states)?;
         system.constrain(&mut states);
+        integrator.check(&mut system, &states)?;
         integrator.start(&mut system, &states);
         Ok(Self {
             next: states.clone(),
@@ -187,8 +188,10 @@ impl Simulation {
     /// Returns the errors of [`new`](Self::new). The simulation then remains unchanged.
     pub fn set_states(&mut self, states: &[BodyState]) -> Result<(), MethodError> {
         check(&self.system, states)?;
-        self.states.copy_from_slice(states);
-        self.system.constrain(&mut self.states);
+        self.next.copy_from_slice(states);
+        self.system.constrain(&mut self.next);
+        self.integrator.check(&mut self.system, &self.next)?;
+        std::mem::swap(&mut self.states, &mut self.next);
         self.integrator.start(&mut self.system, &self.states);
         if let Some(dockings) = &mut self.dockings {
             dockings.separate();

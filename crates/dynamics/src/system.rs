@@ -1,4 +1,4 @@
-use crate::gravity::{CloseApproach, Form, Gravity, Interaction, Kept, Level};
+use crate::gravity::{CloseApproach, Form, Gravity, Interaction, Kept, Level, Monopole};
 use crate::skip::Levels;
 use crate::{BodyState, Load, Mobility, RigidBody};
 
@@ -198,6 +198,18 @@ impl System {
     /// The parameters of the gravity models in the order of summation, or `None` if a model has no such form.
     pub fn forms(&self) -> Option<Vec<Form>> {
         self.gravity.iter().map(|gravity| gravity.form()).collect()
+    }
+
+    /// The strongest fixed source as a monopole, or `None` if there is none.
+    pub(crate) fn center(&self) -> Option<Monopole> {
+        let all = self.gravity.iter().filter_map(|gravity| gravity.center());
+        all.max_by(|one, other| one.gm.total_cmp(&other.gm))
+    }
+
+    /// The gravitational constant, if all bodies attract each other.
+    pub(crate) fn constant(&self) -> Option<f64> {
+        let mut all = self.gravity.iter().filter_map(|gravity| gravity.constant());
+        all.next()
     }
 
     /// Approximate cost of [`System::loads`] without omissions, in multiples of a point mass in a central field.

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::integrator::{ChartOrigin, KeplerScheme, Quadrature, Rotor};
 use lgvi_dynamics::{Method, Skip};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Unexpected, Visitor};
@@ -145,6 +145,12 @@ enum Table {
         /// Order: 4, 6 or 8.
         order: u32,
     },
+    /// Wisdom–Holman splitting: Kepler's motion and the exact rotation, kicks by the rest of gravity.
+    WisdomHolman {
+        /// Coefficients: "aba1064" by default.
+        #[serde(default)]
+        scheme: KeplerSchemeFile,
+    },
     /// Galerkin variational integrator on SE(3).
     Galerkin {
         /// Degree, 1 to 10.
@@ -220,6 +226,32 @@ impl From<RotorFile> for Rotor {
 #[derive(Clone, Copy, Default, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(rename_all = "snake_case")]
+enum KeplerSchemeFile {
+    /// Generalized order (2, 2), 1 gravity evaluation per step.
+    Leapfrog,
+    /// Generalized order (8, 2), 4 gravity evaluations per step.
+    Aba82,
+    /// Generalized order (8, 6, 4), 7 gravity evaluations per step.
+    Aba864,
+    /// Generalized order (10, 6, 4), 8 gravity evaluations per step.
+    #[default]
+    Aba1064,
+}
+
+impl From<KeplerSchemeFile> for KeplerScheme {
+    fn from(file: KeplerSchemeFile) -> Self {
+        match file {
+            KeplerSchemeFile::Leapfrog => Self::Leapfrog,
+            KeplerSchemeFile::Aba82 => Self::Aba82,
+            KeplerSchemeFile::Aba864 => Self::Aba864,
+            KeplerSchemeFile::Aba1064 => Self::Aba1064,
+        }
+    }
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
 enum QuadratureFile {
     #[default]
     Gauss,
@@ -267,6 +299,9 @@ impl IntegratorFile {
                 rotor: rotor.into(),
             },
             Table::Nystrom { order } => Method::Nystrom { order },
+            Table::WisdomHolman { scheme } => Method::WisdomHolman {
+                scheme: scheme.into(),
+            },
             Table::Galerkin {
                 degree,
                 quadrature,

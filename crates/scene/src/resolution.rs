@@ -4,7 +4,7 @@
 use std::f64::consts::TAU;
 
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::{BodyState, Invariants, Mobility, System};
+use lgvi_dynamics::{BodyState, Invariants, Method, Mobility, System};
 use nalgebra::Vector3;
 
 use crate::{Integration, Scene, Scheme};
@@ -124,6 +124,10 @@ impl Scene {
             return None;
         }
         let angle = self.substep(scheme) * rates.orbit;
+        if let Method::WisdomHolman { .. } = scheme.method {
+            // It solves orbits exactly.
+            return None;
+        }
         let far = self.far(scheme, false)?;
         (angle > far).then(|| {
             format!(

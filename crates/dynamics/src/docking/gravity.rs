@@ -1,7 +1,7 @@
 use std::cell::{RefCell, RefMut};
 
 use super::assembly::Assembly;
-use crate::gravity::{Clearance, CloseApproach, Gravity};
+use crate::gravity::{Clearance, CloseApproach, Gravity, Monopole};
 use crate::{BodyState, Load, RigidBody, System};
 
 /// Gravity on wholes, which is that on their parts. Parts of the same whole do not attract each other.
@@ -53,6 +53,14 @@ impl Gravity for OnParts {
 
     fn clearance(&self) -> Option<&dyn Clearance> {
         Some(self)
+    }
+
+    fn center(&self) -> Option<Monopole> {
+        self.system.center()
+    }
+
+    fn constant(&self) -> Option<f64> {
+        self.system.constant()
     }
 
     fn cost(&self, _: &[RigidBody]) -> f64 {

@@ -186,6 +186,10 @@ impl<F: Field> Gravity for F {
         Field::form(self)
     }
 
+    fn center(&self) -> Option<Monopole> {
+        self.attractor().and_then(Attractor::monopole)
+    }
+
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         bodies.iter().map(|body| Field::cost(self, body)).sum()
     }

@@ -69,6 +69,16 @@ pub trait Gravity: Send {
         None
     }
 
+    /// The fixed source as a monopole, about which a method may follow Kepler's motion exactly, or `None` if there is none.
+    fn center(&self) -> Option<Monopole> {
+        None
+    }
+
+    /// The gravitational constant, if all bodies attract each other.
+    fn constant(&self) -> Option<f64> {
+        None
+    }
+
     /// Approximate cost of an evaluation for `bodies`, in multiples of a point in a central field.
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         let points = bodies.iter().map(|body| body.points().len().max(1) as f64);

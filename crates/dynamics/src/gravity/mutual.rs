@@ -54,6 +54,10 @@ impl Gravity for Mutual {
         })
     }
 
+    fn constant(&self) -> Option<f64> {
+        Some(self.constant)
+    }
+
     fn cost(&self, bodies: &[RigidBody]) -> f64 {
         let mut sum = 0.0;
         for (index, first) in bodies.iter().enumerate() {

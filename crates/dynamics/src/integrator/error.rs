@@ -185,6 +185,30 @@ pub enum MethodError {
         /// Name of the method.
         method: &'static str,
     },
+    /// No attraction has a center.
+    #[error(
+        "{method} needs a fixed source with a center, or two free bodies that attract each other; use another method such as \
+         the Nyström splitting"
+    )]
+    Center {
+        /// Name of the method.
+        method: &'static str,
+    },
+    /// The motion is not close to Kepler's.
+    #[error(
+        "{method} needs motion close to Kepler's, but the other forces on body {body} are {ratio:.2e} times the attraction \
+         of its center, expected at most {limit}; use another method such as the Nyström splitting"
+    )]
+    Perturbation {
+        /// Name of the method.
+        method: &'static str,
+        /// Index of the body.
+        body: usize,
+        /// Their ratio at the start.
+        ratio: f64,
+        /// Greatest supported ratio.
+        limit: f64,
+    },
     /// The ports of a docking are not on two different free bodies.
     #[error(
         "docking {docking}: its ports are on two different free bodies, which body {body} is not"

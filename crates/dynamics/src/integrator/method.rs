@@ -2,7 +2,7 @@ use std::fmt;
 
 use super::{
     Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, Galerkin, ImplicitMidpoint, Integrator,
-    LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting,
+    LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting, WisdomHolman,
 };
 use crate::System;
 
@@ -14,6 +14,21 @@ pub enum Rotor {
     Discrete,
     /// The exact rotation in closed form, [`FreeRotation`](crate::rotation::FreeRotation).
     Exact,
+}
+
+/// The coefficients of a [`WisdomHolman`] step. With a perturbation of relative size ε, a step of generalized order
+/// (n₁, n₂, n₃) errs by `O(ε h^(n₁+1) + ε² h^(n₂+1) + ε³ h^(n₃+1))`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KeplerScheme {
+    /// Half a kick, a drift and half a kick: generalized order (2, 2), 1 gravity evaluation per step.
+    Leapfrog,
+    /// Generalized order (8, 2), 4 gravity evaluations per step (McLachlan 1995; Laskar and Robutel 2001).
+    Aba82,
+    /// Generalized order (8, 6, 4), 7 gravity evaluations per step (Blanes et al. 2013).
+    Aba864,
+    /// Generalized order (10, 6, 4), 8 gravity evaluations per step (Blanes et al. 2013).
+    #[default]
+    Aba1064,
 }
 
 /// The integrators by name.
@@ -37,6 +52,11 @@ pub enum Method {
     Nystrom {
         /// Order: 4, 6 or 8.
         order: u32,
+    },
+    /// [`WisdomHolman`] with these coefficients.
+    WisdomHolman {
+        /// Coefficients of the step.
+        scheme: KeplerScheme,
     },
     /// [`ClosedForm`].
     ClosedForm,
@@ -88,6 +108,18 @@ impl fmt::Display for Rotor {
     }
 }
 
+impl fmt::Display for KeplerScheme {
+    /// Writes the generalized order.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Leapfrog => "(2, 2)",
+            Self::Aba82 => "(8, 2)",
+            Self::Aba864 => "(8, 6, 4)",
+            Self::Aba1064 => "(10, 6, 4)",
+        })
+    }
+}
+
 impl fmt::Display for Method {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
@@ -99,6 +131,7 @@ impl fmt::Display for Method {
                 write!(f, "composition of order {order}{rotor}")
             }
             Self::Nystrom { order } => write!(f, "Nyström splitting of order {order}"),
+            Self::WisdomHolman { scheme } => write!(f, "Wisdom–Holman of order {scheme}"),
             Self::Galerkin { degree, .. } => write!(f, "Galerkin of degree {degree}"),
             Self::EulerPoincare { degree, .. } => write!(f, "Euler–Poincaré of degree {degree}"),
             Self::ExplicitMidpoint => write!(f, "explicit midpoint"),
@@ -124,7 +157,7 @@ impl Method {
         )
     }
 
-    /// Order of convergence, or `None` if the motion is exact.
+    /// Order of convergence, or `None` if the motion is exact. Of a generalized order it is the last number.
     pub fn order(self) -> Option<u32> {
         match self {
             Self::LieEuler(_) => Some(1),
@@ -136,6 +169,10 @@ impl Method {
             Self::RungeKutta4 => Some(4),
             Self::Fehlberg78 { .. } | Self::DormandPrince853 { .. } => Some(8),
             Self::Composition { order, .. } | Self::Nystrom { order } => Some(order),
+            Self::WisdomHolman { scheme } => Some(match scheme {
+                KeplerScheme::Leapfrog | KeplerScheme::Aba82 => 2,
+                KeplerScheme::Aba864 | KeplerScheme::Aba1064 => 4,
+            }),
             Self::Galerkin {
                 degree, quadrature, ..
             }
@@ -159,7 +196,9 @@ impl Method {
                 Some(rotor)
             }
             Self::LagrangianLgvi => Some(Rotor::Discrete),
-            Self::Nystrom { .. } | Self::ClosedForm => Some(Rotor::Exact),
+            Self::Nystrom { .. } | Self::WisdomHolman { .. } | Self::ClosedForm => {
+                Some(Rotor::Exact)
+            }
             _ => None,
         }
     }
@@ -168,7 +207,11 @@ impl Method {
     pub(crate) fn drifts(self) -> bool {
         matches!(
             self,
-            Self::Lgvi(_) | Self::LieEuler(_) | Self::Composition { .. } | Self::Nystrom { .. }
+            Self::Lgvi(_)
+                | Self::LieEuler(_)
+                | Self::Composition { .. }
+                | Self::Nystrom { .. }
+                | Self::WisdomHolman { .. }
         )
     }
 
@@ -183,6 +226,7 @@ impl Method {
                 Box::new(Splitting::composition(order, rotor, system.bodies())?)
             }
             Self::Nystrom { order } => Box::new(Splitting::nystrom(order, system.bodies())?),
+            Self::WisdomHolman { scheme } => Box::new(WisdomHolman::new(scheme, system)?),
             Self::ExplicitMidpoint => Box::new(RungeKutta::explicit_midpoint(system.bodies())),
             Self::ImplicitMidpoint => Box::new(ImplicitMidpoint::new(system.bodies())),
             Self::CrouchGrossman => Box::new(CrouchGrossman::new(system.bodies())),

@@ -2,6 +2,7 @@
 //!
 //! - Kicks and drifts: `splitting` (LGVI, Lie–Euler), `composition`, `nystrom`, with tables in `coefficients`. A drift
 //!   rotates each body by a rotor (`drift`, `rotor`), starting from guesses that `warm_start` extrapolates.
+//! - Kicks, and drifts along Kepler's motion: `wisdom_holman`.
 //! - Other variational methods: `lagrangian`, `galerkin`, `closed_form`.
 //! - Error control: `adaptive`. Methods for comparison: `baselines`. Both share the vector field `flow`, `stages`,
 //!   `tableau` and `scale`.
@@ -26,6 +27,7 @@ mod stages;
 mod subdivision;
 mod tableau;
 pub(crate) mod warm_start;
+mod wisdom_holman;
 
 pub use adaptive::{Adaptive, Work};
 pub use baselines::{CrouchGrossman, ImplicitMidpoint, RungeKutta};
@@ -33,9 +35,10 @@ pub use closed_form::ClosedForm;
 pub use error::{MethodError, StepError};
 pub use galerkin::{ChartOrigin, Galerkin, Quadrature};
 pub use lagrangian::LagrangianLgvi;
-pub use method::{Method, Rotor};
+pub use method::{KeplerScheme, Method, Rotor};
 pub use splitting::Splitting;
 pub use subdivision::Subdivision;
+pub use wisdom_holman::WisdomHolman;
 
 use crate::{BodyState, Load, System};
 
@@ -44,6 +47,14 @@ use crate::{BodyState, Load, System};
 /// An integrator may keep data of the last states (loads, initial guesses). [`Integrator::start`] tells it that the
 /// states are new.
 pub trait Integrator: Send {
+    /// Checks that the method can integrate from `states`, before [`start`](Self::start).
+    ///
+    /// # Errors
+    /// Returns an error if the motion is not of the kind that the method is for.
+    fn check(&mut self, _system: &mut System, _states: &[BodyState]) -> Result<(), MethodError> {
+        Ok(())
+    }
+
     /// Prepares for a trajectory from `states`.
     fn start(&mut self, system: &mut System, states: &[BodyState]);
 

@@ -1,4 +1,4 @@
-use super::{Integrator, StepError, StepReport};
+use super::{Integrator, MethodError, StepError, StepReport};
 use crate::{BodyState, Load, Mobility, System};
 
 /// Relative change of the force over a step that counts as resolved.
@@ -115,6 +115,10 @@ impl Subdivision {
 impl Integrator for Subdivision {
     fn cuts_steps(&self) -> bool {
         true
+    }
+
+    fn check(&mut self, system: &mut System, states: &[BodyState]) -> Result<(), MethodError> {
+        self.inner.check(system, states)
     }
 
     fn start(&mut self, system: &mut System, states: &[BodyState]) {

@@ -184,5 +184,6 @@ fn turns_once(method: Method) -> bool {
             rotor: Rotor::Exact,
             ..
         } | Method::Nystrom { .. }
+            | Method::WisdomHolman { .. }
     )
 }

@@ -1,5 +1,5 @@
 use super::{Levels, Skip};
-use crate::{BodyState, Integrator, Load, StepError, StepReport, System};
+use crate::{BodyState, Integrator, Load, MethodError, StepError, StepReport, System};
 
 /// Steps of another integrator, with changes of the interactions' levels between steps as the distances change.
 ///
@@ -39,6 +39,10 @@ impl LevelSwitching {
 impl Integrator for LevelSwitching {
     fn cuts_steps(&self) -> bool {
         self.inner.cuts_steps()
+    }
+
+    fn check(&mut self, system: &mut System, states: &[BodyState]) -> Result<(), MethodError> {
+        self.inner.check(system, states)
     }
 
     fn start(&mut self, system: &mut System, states: &[BodyState]) {

@@ -26,3 +26,4 @@ mod rotation;
 mod skips;
 mod truncation;
 mod truth;
+mod wisdom_holman;

@@ -1,5 +1,5 @@
 use lgvi_dynamics::Method;
-use lgvi_dynamics::integrator::{ChartOrigin, Quadrature, Rotor};
+use lgvi_dynamics::integrator::{ChartOrigin, KeplerScheme, Quadrature, Rotor};
 use lgvi_scene::{Integration, Scene};
 
 use crate::{BODY, RUN, assert_refused, with};
@@ -212,6 +212,74 @@ fn integrators_of_free_bodies_refuse_gravity() {
         );
         assert_refused(&text, &["`run.integrator`", "free bodies only"]);
     }
+}
+
+#[test]
+fn wisdom_holman_is_for_motion_about_a_center() {
+    for (integrator, scheme) in [
+        (r#""wisdom_holman""#, KeplerScheme::Aba1064),
+        (
+            r#"{ name = "wisdom_holman", scheme = "leapfrog" }"#,
+            KeplerScheme::Leapfrog,
+        ),
+        (
+            r#"{ name = "wisdom_holman", scheme = "aba82" }"#,
+            KeplerScheme::Aba82,
+        ),
+        (
+            r#"{ name = "wisdom_holman", scheme = "aba864" }"#,
+            KeplerScheme::Aba864,
+        ),
+    ] {
+        let text = text(&format!("integrator = {integrator}"));
+        assert_refused(
+            &text,
+            &["`run.integrator`", "Wisdom–Holman", "center", "Nyström"],
+        );
+        let uniform = with(
+            &text,
+            "[[bodies]]",
+            "[gravity.uniform]\nacceleration = [0.0, 0.0, -1.0]\n[[bodies]]",
+        );
+        assert_refused(&uniform, &["`run.integrator`", "center"]);
+        let central = with(
+            &text,
+            "[[bodies]]",
+            "[gravity.central]\ngm = 0.75\n[[bodies]]",
+        );
+        let scene = Scene::parse("test", &central).unwrap();
+        let method = Method::WisdomHolman { scheme };
+        assert_eq!(scene.integration, Integration::Method(method));
+    }
+    let unknown = text(r#"integrator = { name = "wisdom_holman", scheme = "aba10" }"#);
+    assert_refused(&unknown, &["unknown variant `aba10`", "`aba864`"]);
+}
+
+/// A body on a circular orbit is at its exact position after one step of most of a revolution, by an integrator that skips nothing.
+#[test]
+fn kepler_motion_is_flown_in_one_step() {
+    let text = text("integrator = \"wisdom_holman\"");
+    let text = with(
+        &text,
+        "[[bodies]]",
+        "[gravity.central]\ngm = 0.75\n[[bodies]]",
+    );
+    let text = with(
+        &text,
+        "duration = 1.0\nsteps = 100",
+        "duration = 30.0\nsteps = 1",
+    );
+    let scene = Scene::parse("test", &text).unwrap();
+    let scheme = scene.scheme().unwrap();
+    let mut simulation = scene.simulation(scheme).unwrap();
+    let rates = scene.rates(simulation.states());
+    assert!(rates.orbit * 30.0 > 4.0, "{rates:?}");
+    assert_eq!(scene.long_orbit(scheme, rates), None);
+    simulation.advance(&[Default::default()]).unwrap();
+    let (sin, cos) = (30.0_f64 * 0.5 / 3.0).sin_cos();
+    let circle = nalgebra::Vector3::new(3.0 * cos, 3.0 * sin, 0.0);
+    let error = (simulation.states()[0].position - circle).norm();
+    assert!(error < 1e-14, "{error:e}");
 }
 
 #[test]

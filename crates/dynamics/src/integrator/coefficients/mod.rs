@@ -1,7 +1,7 @@
 //! Coefficients of splitting methods, each checked against its order conditions.
 //!
 //! A step of length h is split into kicks `K` (change momenta at fixed configuration) and drifts `D` (free motion).
-//! There are two families:
+//! There are three families:
 //!
 //! - [`Composition`]: weights for *any* symmetric step of second order, whether it is a splitting or not.
 //! - [`Nystrom`]: fewer force evaluations for the same error, but `D` must be the exact flow of a kinetic energy
@@ -9,10 +9,13 @@
 //!   motion, B kicks), and the order conditions that contain this commutator are dropped. A freely rotating rigid body
 //!   qualifies (½ Π·J⁻¹Π) if its drift is exact. If the drift itself is a second-order approximation, the order drops
 //!   to 2.
+//! - [`NearIntegrable`](near_integrable::NearIntegrable): `D` is the exact flow of nearly all of the motion
+//!   and `K` that of a small perturbation, in whose powers the conditions are sorted.
 
 mod composition;
 #[cfg(test)]
 mod convergence;
+mod near_integrable;
 mod nystrom;
 #[cfg(test)]
 mod order_conditions;
@@ -20,6 +23,9 @@ mod order_conditions;
 pub(crate) use composition::{
     Composition, SOFRONIOU_SPALETTA_6, SOFRONIOU_SPALETTA_8, SOFRONIOU_SPALETTA_10, SUZUKI_4,
 };
+#[cfg(test)]
+use near_integrable::NearIntegrable;
+pub(crate) use near_integrable::{ABA_82, ABA_864, ABA_1064, LEAPFROG};
 pub(crate) use nystrom::{Nystrom, RKN_A19, SRKN_6B, SRKN_14A};
 
 /// Stages of a symmetric step of length h, `K(b₀h) D(a₀h) K(b₁h) … D(aₛ₋₁h) K(bₛh)`.

@@ -211,3 +211,81 @@ fn compositions_of_kicks_and_drifts_satisfy_the_nystrom_conditions() {
         );
     }
 }
+
+/// Words of `length` letters with this number of kicks (true) among them.
+fn words_with(kicks: usize, length: usize) -> Vec<Vec<bool>> {
+    let all = (0_u32..1 << length).filter(|bits| bits.count_ones() as usize == kicks);
+    all.map(|bits| (0..length).map(|at| bits >> at & 1 == 1).collect())
+        .collect()
+}
+
+/// The coefficient of a word of drifts A and kicks B in the product `… exp(bᵢ B) exp(aᵢ A) …`: that of each beginning of the word
+/// after each factor.
+fn coefficient(scheme: &Scheme, word: &[bool]) -> f64 {
+    let mut sums = vec![0.0; word.len() + 1];
+    sums[0] = 1.0;
+    let drifts = scheme
+        .drifts
+        .iter()
+        .map(|&a| (false, a))
+        .chain([(false, 0.0)]);
+    let factors = scheme.kicks.iter().map(|&b| (true, b)).zip(drifts);
+    for (letter, weight) in factors.flat_map(|(kick, drift)| [kick, drift]) {
+        for end in (1..=word.len()).rev() {
+            let mut power = 1.0;
+            for begin in (0..end).rev() {
+                if word[begin] != letter {
+                    break;
+                }
+                power *= weight / (end - begin) as f64;
+                sums[end] += sums[begin] * power;
+            }
+        }
+    }
+    sums[word.len()]
+}
+
+/// Largest residual of the words with this number of kicks and this length, which `exp(A + B)` has with `1/n!`.
+fn near_integrable_residual(scheme: &Scheme, kicks: usize, length: usize) -> f64 {
+    let words = words_with(kicks, length);
+    let residual = |word: &Vec<bool>| (coefficient(scheme, word) - 1.0 / factorial(length)).abs();
+    words.iter().map(residual).fold(0.0, f64::max)
+}
+
+#[test]
+fn near_integrable_splittings_satisfy_their_order_conditions() {
+    let tables: [(&NearIntegrable, [usize; 3]); 4] = [
+        (&LEAPFROG, [2, 2, 2]),
+        (&ABA_82, [8, 2, 2]),
+        (&ABA_864, [8, 6, 4]),
+        (&ABA_1064, [10, 6, 4]),
+    ];
+    for (table, orders) in tables {
+        let scheme = table.scheme();
+        let largest = |scheme: &Scheme| {
+            let within = (1..)
+                .zip(orders)
+                .flat_map(|(kicks, order)| (kicks..=order).map(move |length| (kicks, length)));
+            let four = (4..=orders[2]).map(|length| (4, length));
+            let each = within.chain(four);
+            each.map(|(kicks, length)| near_integrable_residual(scheme, kicks, length))
+                .fold(0.0, f64::max)
+        };
+        assert!(
+            largest(&scheme) < ROUNDING,
+            "{orders:?}: {:e}",
+            largest(&scheme)
+        );
+        for (kicks, order) in (1..).zip(orders) {
+            // A word of kicks alone is in every consistent scheme as it should be.
+            let beyond = near_integrable_residual(&scheme, kicks, order.max(kicks) + 1);
+            assert!(beyond > 1e-11, "{orders:?}: {beyond:e}");
+        }
+        for i in (0..table.half.len()).filter(|&i| table.half[i] != 0.0) {
+            let mut wrong = table.half.to_vec();
+            wrong[i] += 1e-12;
+            let wrong = Scheme::alternating(&mirrored(&wrong));
+            assert!(largest(&wrong) > 100.0 * ROUNDING, "coefficient {i}");
+        }
+    }
+}

@@ -32,9 +32,9 @@ words: book-env
     target/book-env/bin/codespell
     git ls-files '*.md' ':!:*vendor*' | xargs target/book-env/bin/proselint --config .proselintrc.json check
 
-# Licenses and sources of all dependencies. Not in CI: cargo-deny takes minutes to build.
+# Licenses and sources of all dependencies. Not in CI: cargo-deny takes a minute to build.
 deny:
-    cargo deny --version >/dev/null 2>&1 || cargo install cargo-deny --locked
+    cargo deny --version >/dev/null 2>&1 || cargo install cargo-deny --locked --debug
     cargo deny --all-features check licenses bans sources
 
 # Known vulnerabilities; needs the network.

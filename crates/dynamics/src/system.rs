@@ -208,8 +208,7 @@ impl System {
 
     /// The gravitational constant, if all bodies attract each other.
     pub(crate) fn constant(&self) -> Option<f64> {
-        let mut all = self.gravity.iter().filter_map(|gravity| gravity.constant());
-        all.next()
+        self.gravity.iter().find_map(|gravity| gravity.constant())
     }
 
     /// Approximate cost of [`System::loads`] without omissions, in multiples of a point mass in a central field.

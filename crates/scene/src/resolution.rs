@@ -123,11 +123,11 @@ impl Scene {
         if self.subdivides(scheme) {
             return None;
         }
-        let angle = self.substep(scheme) * rates.orbit;
         if let Method::WisdomHolman { .. } = scheme.method {
             // It solves orbits exactly.
             return None;
         }
+        let angle = self.substep(scheme) * rates.orbit;
         let far = self.far(scheme, false)?;
         (angle > far).then(|| {
             format!(

@@ -76,6 +76,10 @@ pub(crate) fn families() -> Vec<(String, Family)> {
         "Dormand–Prince 8(5,3)".into(),
         Family::Adaptive(|tolerance| Method::DormandPrince853 { tolerance }),
     ));
+    families.push((
+        "Taylor".into(),
+        Family::Adaptive(|tolerance| Method::Taylor { tolerance }),
+    ));
     families.push(("closed form".into(), Family::Exact(Method::ClosedForm)));
     families
 }

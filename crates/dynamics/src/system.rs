@@ -76,6 +76,12 @@ impl System {
         each.collect()
     }
 
+    /// The kept interactions of the gravity model with this index, or `None` if it is computed in full.
+    pub(crate) fn kept(&self, gravity: usize) -> Option<&[Kept]> {
+        let kept = self.selection.kept.get(gravity)?.as_deref();
+        kept.filter(|_| self.selection.is_partial)
+    }
+
     /// Leaves out the interactions of two bodies that are not `apart`, given their indices. The others are computed in
     /// full.
     pub(crate) fn keep_apart(&mut self, apart: impl Fn(usize, usize) -> bool) {

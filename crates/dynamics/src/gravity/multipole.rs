@@ -92,7 +92,7 @@ impl Multipole {
     }
 
     /// The matrix H of `−e·He/r⁵`, or `None` if the multipole has higher terms.
-    pub(super) fn second_harmonic(&self) -> Option<&Matrix3<f64>> {
+    pub(crate) fn second_harmonic(&self) -> Option<&Matrix3<f64>> {
         (self.order() == 2).then_some(&self.asphericity.second.0)
     }
 

@@ -185,6 +185,15 @@ pub enum MethodError {
         /// Name of the method.
         method: &'static str,
     },
+    /// The method does not support a gravity model.
+    #[error(
+        "{method} supports points of mass, multipoles of second order, attractors of these kinds, and uniform fields, but \
+         another gravity acts here"
+    )]
+    Model {
+        /// Name of the method.
+        method: &'static str,
+    },
     /// No attraction has a center.
     #[error(
         "{method} needs a fixed source with a center, or two free bodies that attract each other; use another method such as \

@@ -2,7 +2,7 @@ use std::fmt;
 
 use super::{
     Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, Galerkin, ImplicitMidpoint, Integrator,
-    LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting, WisdomHolman,
+    LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting, WisdomHolman, taylor,
 };
 use crate::System;
 
@@ -78,6 +78,11 @@ pub enum Method {
         /// Tolerance for the error of a step.
         tolerance: f64,
     },
+    /// [`Adaptive::taylor`].
+    Taylor {
+        /// Tolerance for the error of a step.
+        tolerance: f64,
+    },
     /// [`Galerkin`].
     Galerkin {
         /// Degree `s` of the polynomials.
@@ -144,6 +149,7 @@ impl fmt::Display for Method {
             Self::DormandPrince853 { tolerance } => {
                 write!(f, "Dormand–Prince 8(5,3), tolerance {tolerance:.1e}")
             }
+            Self::Taylor { tolerance } => write!(f, "Taylor series, tolerance {tolerance:.1e}"),
         }
     }
 }
@@ -153,11 +159,12 @@ impl Method {
     pub fn has_error_control(self) -> bool {
         matches!(
             self,
-            Self::Fehlberg78 { .. } | Self::DormandPrince853 { .. }
+            Self::Fehlberg78 { .. } | Self::DormandPrince853 { .. } | Self::Taylor { .. }
         )
     }
 
-    /// Order of convergence, or `None` if the motion is exact. Of a generalized order it is the last number.
+    /// Order of convergence, or `None` if the motion is exact. Of a generalized order it is the last number, of Taylor
+    /// series that of their tolerance.
     pub fn order(self) -> Option<u32> {
         match self {
             Self::LieEuler(_) => Some(1),
@@ -185,6 +192,7 @@ impl Method {
                 };
                 Some(exact.min(2 * degree))
             }
+            Self::Taylor { tolerance } => Some(taylor::order(tolerance)),
             Self::ClosedForm => None,
         }
     }
@@ -237,6 +245,7 @@ impl Method {
             Self::DormandPrince853 { tolerance } => {
                 Box::new(Adaptive::dormand_prince853(tolerance, system.bodies())?)
             }
+            Self::Taylor { tolerance } => Box::new(Adaptive::taylor(tolerance, system)?),
             Self::Galerkin {
                 degree,
                 quadrature,

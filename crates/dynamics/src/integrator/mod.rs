@@ -26,6 +26,7 @@ mod splitting;
 mod stages;
 mod subdivision;
 mod tableau;
+mod taylor;
 pub(crate) mod warm_start;
 mod wisdom_holman;
 

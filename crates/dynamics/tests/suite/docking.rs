@@ -97,6 +97,7 @@ fn methods() -> impl Iterator<Item = Method> {
     let error_control = [
         Method::Fehlberg78 { tolerance: 1e-12 },
         Method::DormandPrince853 { tolerance: 1e-12 },
+        Method::Taylor { tolerance: 1e-12 },
     ];
     promises()
         .into_iter()

@@ -24,6 +24,7 @@ mod polyhedra;
 mod potentials;
 mod rotation;
 mod skips;
+mod taylor;
 mod truncation;
 mod truth;
 mod wisdom_holman;

@@ -1,14 +1,17 @@
 //! Runge–Kutta pairs with error control and dense output.
 
 mod dense;
+mod embedded;
 mod norm;
 mod solution;
 mod step_size;
 
 use super::tableau::{self, Pair};
+use super::taylor::{self, Taylor};
 use super::{Integrator, MethodError, StepError, StepReport, accept};
 use crate::{BodyState, Load, RigidBody, System};
-use solution::Solution;
+use embedded::Embedded;
+pub(super) use solution::Solution;
 
 /// Limit of internal steps per output.
 const LIMIT: u32 = 10_000_000;
@@ -35,7 +38,7 @@ const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-17..=0.1;
 /// restarts from the output states. Close approaches are detected only at output times and at the ends of internal
 /// steps.
 pub struct Adaptive {
-    solution: Solution,
+    solution: Box<dyn Solution>,
     /// Reference time of the current output grid, relative to the start of the solution, and the number of outputs
     /// since then. Outputs are `h` apart.
     origin: f64,
@@ -47,6 +50,18 @@ pub struct Adaptive {
     next: Vec<BodyState>,
     /// Limit of attempts per output.
     most: u32,
+}
+
+fn check_tolerance(method: &'static str, tolerance: f64) -> Result<(), MethodError> {
+    if TOLERANCES.contains(&tolerance) {
+        return Ok(());
+    }
+    Err(MethodError::Parameter {
+        method,
+        parameter: "tolerance",
+        value: tolerance,
+        expected: "1e-17 to 0.1",
+    })
 }
 
 /// Work done by an [`Adaptive`] method.
@@ -67,33 +82,30 @@ impl Adaptive {
         tolerance: f64,
         bodies: &[RigidBody],
     ) -> Result<Self, MethodError> {
-        if !TOLERANCES.contains(&tolerance) {
-            return Err(MethodError::Parameter {
-                method,
-                parameter: "tolerance",
-                value: tolerance,
-                expected: "1e-17 to 0.1",
-            });
-        }
-        Ok(Self::of(pair, tolerance, bodies))
+        check_tolerance(method, tolerance)?;
+        Ok(Self::of(
+            Box::new(Embedded::new(pair, tolerance, bodies)),
+            bodies.len(),
+        ))
     }
 
-    fn of(pair: &'static Pair, tolerance: f64, bodies: &[RigidBody]) -> Self {
+    fn of(solution: Box<dyn Solution>, bodies: usize) -> Self {
         Self {
-            solution: Solution::new(pair, tolerance, bodies),
+            solution,
             origin: 0.0,
             shown: 0,
             h: 0.0,
             started: false,
-            begun: Vec::with_capacity(bodies.len()),
-            next: Vec::with_capacity(bodies.len()),
+            begun: Vec::with_capacity(bodies),
+            next: Vec::with_capacity(bodies),
             most: LIMIT,
         }
     }
 
     /// Like [`Self::dormand_prince853`], for a tolerance that is already validated.
     pub(crate) fn to(tolerance: f64, bodies: &[RigidBody]) -> Self {
-        Self::of(&tableau::DORMAND_PRINCE, tolerance, bodies)
+        let solution = Embedded::new(&tableau::DORMAND_PRINCE, tolerance, bodies);
+        Self::of(Box::new(solution), bodies.len())
     }
 
     /// Fehlberg's 7(8) pair, advanced with the formula of eighth order: 13 gravity evaluations per step, and 4 more if
@@ -119,6 +131,16 @@ impl Adaptive {
             tolerance,
             bodies,
         )
+    }
+
+    /// Taylor series of an order that fits the tolerance, which must be between 1e-17 and 0.1, see [`taylor`](super::taylor).
+    ///
+    /// # Errors
+    /// Returns an error for another tolerance, and for gravity whose series is not implemented.
+    pub fn taylor(tolerance: f64, system: &System) -> Result<Self, MethodError> {
+        check_tolerance(taylor::NAME, tolerance)?;
+        let solution = Taylor::new(tolerance, system)?;
+        Ok(Self::of(Box::new(solution), system.bodies().len()))
     }
 
     /// The work since the method was created.
@@ -170,16 +192,16 @@ impl Adaptive {
         while self.solution.until().abs() < target.abs() {
             let begin = self.solution.until();
             if system.switches_levels() {
-                self.solution.end(&mut self.begun);
+                self.solution.end(system, &mut self.begun);
             }
             attempts += self.solution.advance(system, target)?;
             let until = self.solution.until();
             if system.switches_levels() {
-                self.solution.end(&mut self.next);
+                self.solution.end(system, &mut self.next);
                 system.check_step(&self.begun, &self.next, until - begin);
             }
-            if until.abs() <= target.abs() {
-                self.solution.end(&mut self.next);
+            if until.abs() <= target.abs() && system.has_extents() {
+                self.solution.end(system, &mut self.next);
                 system.check_clearance(&self.next)?;
             }
             if !goes_on(attempts) {
@@ -224,9 +246,9 @@ impl Integrator for Adaptive {
         true
     }
 
-    fn start(&mut self, _system: &mut System, _states: &[BodyState]) {
+    fn start(&mut self, system: &mut System, _states: &[BodyState]) {
         self.started = false;
-        self.solution.forget_step_size();
+        self.solution.prepare(system);
     }
 
     fn step(

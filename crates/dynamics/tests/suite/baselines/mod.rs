@@ -37,13 +37,14 @@ fn pairs(tolerance: f64) -> [Method; 2] {
     ]
 }
 
-const ALL: [Method; 6] = [
+const ALL: [Method; 7] = [
     Method::ExplicitMidpoint,
     Method::ImplicitMidpoint,
     Method::CrouchGrossman,
     Method::RungeKutta4,
     Method::Fehlberg78 { tolerance: 1e-12 },
     Method::DormandPrince853 { tolerance: 1e-12 },
+    Method::Taylor { tolerance: 1e-12 },
 ];
 
 fn sphere() -> (RigidBody, BodyState) {

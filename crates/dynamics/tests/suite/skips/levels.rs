@@ -57,10 +57,11 @@ impl Separable for Noting {
     }
 }
 
-const METHODS: [Method; 3] = [
+const METHODS: [Method; 4] = [
     Method::Lgvi(Rotor::Exact),
     Method::Nystrom { order: 6 },
     Method::DormandPrince853 { tolerance: 1e-11 },
+    Method::Taylor { tolerance: 1e-11 },
 ];
 
 /// A dumbbell with a large inertia, which gravity hardly rotates.

@@ -1,0 +1,195 @@
+//! Taylor series of the equations of motion, with error control.
+
+mod body;
+mod compile;
+mod jet;
+mod lever;
+mod multipoles;
+mod oblate;
+mod places;
+mod points;
+mod rotation;
+mod series;
+
+use fearless_simd::Level;
+
+use self::compile::compile;
+use self::series::Series;
+use super::adaptive::{Solution, Work};
+use super::{MethodError, StepError};
+use crate::rotation::FreeRotation;
+use crate::{BodyState, Load, Mobility, System};
+
+/// Name of the method in errors.
+pub(super) const NAME: &str = "Taylor series";
+
+/// The order at which a step to this tolerance costs least per time: with the radius of convergence ρ, the step is `ρ
+/// tolerance^(1/order)`, and its cost grows with the square of the order (Jorba and Zou 2005).
+pub(super) fn order(tolerance: f64) -> u32 {
+    let order = 5.0 - 0.5 * libm::log(tolerance);
+    libm::ceil(order) as u32
+}
+
+/// A solution by Taylor series: in each step, the coefficients of positions, quaternions and velocities follow from
+/// recurrences up to an order that fits the tolerance. The step is as long as the last two terms allow. Quaternions are
+/// normalized between steps, and the rotation of bodies without moments is known in closed form.
+pub(super) struct Taylor {
+    tolerance: f64,
+    series: Series,
+    level: Level,
+    free: Vec<FreeRotation>,
+    controls: Vec<Load>,
+    /// The states at the start.
+    start: Vec<BodyState>,
+    begin: f64,
+    until: f64,
+    /// The last step, or an estimate of the first one.
+    time: f64,
+    /// True before the first step.
+    fresh: bool,
+    /// True if the last expansion holds for all times.
+    endless: bool,
+    work: Work,
+}
+
+impl Taylor {
+    /// Creates the solution for a valid `tolerance`.
+    pub(super) fn new(tolerance: f64, system: &System) -> Result<Self, MethodError> {
+        let bodies = system.bodies();
+        let free = bodies.iter().map(|body| FreeRotation::new(body.inertia()));
+        Ok(Self {
+            tolerance,
+            series: compile(system, order(tolerance) as usize)?,
+            level: Level::new(),
+            free: free.collect(),
+            controls: vec![Load::default(); bodies.len()],
+            start: Vec::with_capacity(bodies.len()),
+            begin: 0.0,
+            until: 0.0,
+            time: f64::INFINITY,
+            fresh: true,
+            endless: false,
+            work: Work::default(),
+        })
+    }
+
+    /// Sets `states` to those at `target`.
+    fn states_at(&self, system: &System, target: f64, states: &mut Vec<BodyState>) {
+        let t = target - self.begin;
+        states.clone_from(&self.start);
+        self.series.show(self.level, t, states);
+        for (index, (body, state)) in self.series.bodies.iter().zip(states).enumerate() {
+            let own = &system.bodies()[index];
+            match own.mobility() {
+                Mobility::Driven(drive) => *state = drive.advance(own, &self.start[index], target),
+                Mobility::Fixed => *state = self.start[index],
+                Mobility::Free | Mobility::Pivoted => {
+                    if !body.turns() {
+                        let BodyState {
+                            attitude,
+                            angular_momentum,
+                            ..
+                        } = self.start[index];
+                        let end = (&mut state.attitude, &mut state.angular_momentum);
+                        self.free[index].carry(&attitude, &angular_momentum, target, end);
+                    }
+                }
+            }
+        }
+    }
+}
+
+impl Solution for Taylor {
+    fn work(&self) -> Work {
+        self.work
+    }
+
+    fn evaluations_a_step(&self) -> u64 {
+        self.series.order as u64
+    }
+
+    fn controls(&self) -> &[Load] {
+        &self.controls
+    }
+
+    fn until(&self) -> f64 {
+        self.until
+    }
+
+    fn end(&mut self, system: &System, states: &mut Vec<BodyState>) {
+        self.states_at(system, self.until, states);
+    }
+
+    fn prepare(&mut self, system: &System) {
+        // What is kept has a series if all interactions have one, which `new` has checked.
+        if let Ok(series) = compile(system, self.series.order) {
+            self.series = series;
+        }
+    }
+
+    fn start(
+        &mut self,
+        system: &mut System,
+        states: &[BodyState],
+        controls: &[Load],
+    ) -> Result<(), StepError> {
+        states.clone_into(&mut self.start);
+        self.controls.copy_from_slice(controls);
+        let bodies = self.series.bodies.iter_mut().zip(system.bodies());
+        for ((series, body), (state, control)) in bodies.zip(states.iter().zip(controls)) {
+            series.set_control(control);
+            series.begin(body, state);
+        }
+        self.begin = 0.0;
+        self.until = 0.0;
+        self.time = f64::INFINITY;
+        self.fresh = true;
+        self.endless = false;
+        Ok(())
+    }
+
+    fn advance(&mut self, system: &mut System, target: f64) -> Result<u32, StepError> {
+        if self.endless {
+            self.until = target;
+            return Ok(1);
+        }
+        if !self.fresh {
+            self.series.begin_at(self.level, self.until - self.begin);
+            let bodies = system.bodies().iter().zip(&mut self.series.bodies);
+            for ((own, body), start) in bodies.zip(&self.start) {
+                match own.mobility() {
+                    Mobility::Free | Mobility::Pivoted => {}
+                    Mobility::Driven(drive) => {
+                        body.begin(own, &drive.advance(own, start, self.until));
+                    }
+                    Mobility::Fixed => body.begin(own, start),
+                }
+            }
+        }
+        self.fresh = false;
+        self.begin = self.until;
+        self.series.expand(self.level);
+        self.work.evaluations += self.series.order as u64;
+        let least = 4.0 * f64::EPSILON * self.begin.abs().max(target.abs());
+        if self.time == f64::INFINITY {
+            self.time = self.series.step(self.tolerance, self.time);
+        }
+        let step = self.series.step(self.tolerance, self.time);
+        self.time = step;
+        if step.is_nan() || step < least || step == 0.0 {
+            return Err(StepError::StepSizeUnderflow { step, least });
+        }
+        self.endless = step == f64::INFINITY;
+        self.until = if self.endless {
+            target
+        } else {
+            self.begin + step.copysign(target - self.begin)
+        };
+        self.work.accepted += 1;
+        Ok(1)
+    }
+
+    fn show(&mut self, system: &mut System, target: f64, states: &mut Vec<BodyState>) {
+        self.states_at(system, target, states);
+    }
+}

@@ -1,0 +1,105 @@
+//! The Taylor series of a system's motion.
+
+use fearless_simd::{Level, Simd, dispatch};
+
+use super::body::{Body, greater};
+use super::jet::Lanes;
+use super::multipoles::Multipoles;
+use super::oblate::Oblate;
+use super::places::{Place, Places};
+use super::points::Pairs;
+use crate::BodyState;
+
+/// The Taylor coefficients of a system's motion, and of all that its forces depend on.
+pub(super) struct Series {
+    pub(super) order: usize,
+    pub(super) bodies: Vec<Body>,
+    pub(super) places: Places,
+    pub(super) pairs: Vec<Pairs>,
+    pub(super) oblates: Vec<Oblate>,
+    pub(super) multipoles: Vec<Multipoles>,
+}
+
+impl Series {
+    /// Computes all coefficients from those of order 0.
+    pub(super) fn expand(&mut self, level: Level) {
+        dispatch!(level, simd => expand(simd, self));
+    }
+
+    /// Begins the free and pivoted bodies at time t of the expansion.
+    pub(super) fn begin_at(&mut self, level: Level, t: f64) {
+        dispatch!(level, simd => begin_at(simd, &mut self.bodies, t));
+    }
+
+    /// Sets `states` to those at time t of the expansion, but leaves rotations that are not expanded.
+    pub(super) fn show(&self, level: Level, t: f64, states: &mut [BodyState]) {
+        dispatch!(level, simd => show(simd, &self.bodies, t, states));
+    }
+
+    /// The step in which the last two terms are at most `tolerance`, infinity if nothing moves, or NaN if the
+    /// coefficients are not finite. `time` is the last step, or
+    /// infinity, for which velocities do not count.
+    pub(super) fn step(&self, tolerance: f64, time: f64) -> f64 {
+        let [before, last] = [self.order - 1, self.order].map(|k| {
+            let sizes = self.bodies.iter().map(|body| body.size(k, time));
+            let largest = sizes.fold(0.0, greater);
+            libm::log(tolerance * tolerance / largest) / (2 * k) as f64
+        });
+        libm::exp(if before < last || before.is_nan() {
+            before
+        } else {
+            last
+        })
+    }
+}
+
+#[inline(always)]
+fn expand<S: Simd>(simd: S, series: &mut Series) {
+    let Series {
+        order,
+        bodies,
+        places,
+        pairs,
+        oblates,
+        multipoles,
+    } = series;
+    for n in 0..*order {
+        for body in bodies.iter_mut() {
+            body.turn(simd, n);
+        }
+        places.force.fill(Lanes::default());
+        for (place, at) in places.all.iter().zip(&mut places.at) {
+            *at = match place {
+                Place::Fixed(position) if n == 0 => Lanes::vector((*position).into()),
+                Place::Fixed(_) => Lanes::default(),
+                Place::Body(body, point) => bodies[*body].place(simd, n, point),
+            };
+        }
+        for pairs in pairs.iter_mut() {
+            pairs.add_forces(simd, n, places);
+        }
+        for oblate in oblates.iter_mut() {
+            oblate.add_forces(simd, n, places);
+        }
+        for multipoles in multipoles.iter_mut() {
+            multipoles.add_loads(simd, n, places, bodies);
+        }
+        for body in bodies.iter_mut() {
+            body.accelerate(simd, n, places);
+        }
+    }
+}
+
+#[inline(always)]
+fn begin_at<S: Simd>(simd: S, bodies: &mut [Body], t: f64) {
+    for body in bodies {
+        body.begin_at(simd, t);
+    }
+}
+
+#[inline(always)]
+fn show<S: Simd>(simd: S, bodies: &[Body], t: f64, states: &mut [BodyState]) {
+    for (body, state) in bodies.iter().zip(states) {
+        body.show(simd, t, state);
+    }
+}

@@ -1,0 +1,292 @@
+//! What Taylor series promise: accuracy on reference trajectories and on random systems of every supported kind, and
+//! refusals.
+
+use lgvi_dynamics::gravity::{
+    Central, Fixed, Gravity, Moments, Multipole, Mutual, Polyhedron, Uniform,
+};
+use lgvi_dynamics::{
+    BodyState, Drive, Inertia, Load, Method, MethodError, Mobility, PointMass, RigidBody,
+    Simulation, System,
+};
+use lgvi_truth::random::Random;
+use nalgebra::{Matrix3, Vector3};
+
+use crate::case::Case;
+
+fn taylor(tolerance: f64) -> Method {
+    Method::Taylor { tolerance }
+}
+
+/// Over eight decades, the error in multiples of the case's lengths stays within a constant factor of the tolerance.
+#[test]
+fn errors_are_proportional_to_the_tolerance() {
+    for (case, t, length) in [
+        ("a1_two_dumbbells_regular", 10.0, 1.0),
+        ("a2_two_dumbbells_coupled", 2.0, 1.0),
+        ("c1_3d_pendulum", 2.0, 1.0),
+        ("d_dumbbell_central", 10.0, 1.0),
+        ("e_kw4_like", 86_400.0, 2_500.0),
+        ("f_outer_planets", 10_000.0, 10.0),
+        ("g_kepler", 10.0, 1.0),
+    ] {
+        let reference = Case::load(case);
+        for exponent in [5, 7, 9, 11, 13] {
+            let tolerance = 10f64.powi(-exponent);
+            let error = reference.errors_at(t, 1, taylor(tolerance)).greatest() / length;
+            println!("{case} {tolerance:e}: {error:.2e}");
+            assert!(error < 100.0 * tolerance, "{case}, {tolerance:e}: {error:e}");
+        }
+    }
+}
+
+/// A random symmetric positive definite inertia of a body of mass 1, with general principal axes.
+fn inertia(random: &mut Random, mass: f64) -> Inertia {
+    let second = Vector3::from_fn(|_, _| random.uniform(0.01, 0.05)) * mass;
+    let trace = second.sum();
+    let axes = random.rotation();
+    let moments = Matrix3::from_diagonal(&second.map(|one| trace - one));
+    let matrix = axes * moments * axes.transpose();
+    Inertia::new(0.5 * (matrix + matrix.transpose())).expect("an inertia")
+}
+
+/// Points about their center of mass: one, some on a line, or some in space.
+fn points(random: &mut Random, mass: f64) -> Vec<PointMass> {
+    let count = 1 + random.below(5);
+    let on_a_line = random.below(2) == 0;
+    let axis = random.direction();
+    let positions: Vec<_> = (0..count)
+        .map(|_| {
+            let position = 0.15 * random.normals();
+            if on_a_line {
+                position.dot(&axis) * axis
+            } else {
+                position
+            }
+        })
+        .collect();
+    let center = positions.iter().sum::<Vector3<f64>>() / count as f64;
+    let mass = mass / count as f64;
+    let centered = positions.into_iter().map(|position| PointMass {
+        mass,
+        position: position - center,
+    });
+    centered.collect()
+}
+
+fn body(random: &mut Random, multipoles: bool) -> RigidBody {
+    let mass = random.log_uniform(0.1, 2.0);
+    let inertia = inertia(random, mass);
+    let body = if !multipoles {
+        RigidBody::new(mass, inertia, points(random, mass))
+    } else if random.below(4) == 0 {
+        RigidBody::new(mass, inertia, vec![])
+    } else {
+        RigidBody::with_multipole(inertia.clone(), Multipole::of_inertia(mass, &inertia))
+    };
+    let body = body.expect("a body");
+    match random.below(6) {
+        0 => body.with_mobility(Mobility::Fixed),
+        1 => body.with_mobility(Mobility::Driven(Drive {
+            velocity: 0.2 * random.normals(),
+            rate: 0.1 * random.normals(),
+            spin: random.normals(),
+        })),
+        _ => body,
+    }
+}
+
+/// Bodies some units apart under mutual attraction, sources of every kind, and controls.
+struct Flight {
+    bodies: Vec<RigidBody>,
+    states: Vec<BodyState>,
+    sources: Vec<usize>,
+    oblate: (Multipole, Vector3<f64>, Matrix3<f64>),
+    controls: Vec<Load>,
+}
+
+impl Flight {
+    fn random(index: u64) -> Self {
+        let mut random = Random::new(0x7a71, index);
+        let multipoles = random.below(2) == 0;
+        let count = 1 + random.below(4);
+        let bodies: Vec<_> = (0..count).map(|_| body(&mut random, multipoles)).collect();
+        let mut states = Vec::new();
+        for (place, body) in bodies.iter().enumerate() {
+            let position = Vector3::new(2.5 * place as f64, 0.0, 0.0) + 0.3 * random.normals();
+            let velocity = 0.4 * random.normals();
+            let attitude = random.rotation();
+            let rate = random.normals();
+            states.push(BodyState::from_velocities(
+                body, position, velocity, attitude, rate,
+            ));
+        }
+        let control = |random: &mut Random| match random.below(3) {
+            0 => Load {
+                force: 0.1 * random.normals(),
+                moment: 0.01 * random.normals(),
+            },
+            _ => Load::default(),
+        };
+        let controls = (0..count).map(|_| control(&mut random)).collect();
+        let sources = (0..4).filter(|_| random.below(2) == 0).collect();
+        let oblate = (
+            Multipole::oblate(3.0, 0.3, 0.8),
+            Vector3::new(-4.0, 2.0, 1.0),
+            random.rotation(),
+        );
+        Self {
+            bodies,
+            states,
+            sources,
+            oblate,
+            controls,
+        }
+    }
+
+    fn system(&self) -> System {
+        let each = self.sources.iter().map(|source| -> Box<dyn Gravity> {
+            let (multipole, position, attitude) = &self.oblate;
+            match source {
+                0 => Box::new(Mutual::new(1.0)),
+                1 => Box::new(Uniform {
+                    acceleration: Vector3::new(0.1, -0.2, 0.05),
+                }),
+                2 => Box::new(Fixed::new(multipole.clone(), *position, *attitude)),
+                _ => Box::new(Fixed::new(
+                    Central { gm: 2.0 },
+                    Vector3::new(1.0, 6.0, -2.0),
+                    Matrix3::identity(),
+                )),
+            }
+        });
+        System::new(self.bodies.clone(), each.collect())
+    }
+
+    fn fly(&self, method: Method, steps: u32) -> Vec<BodyState> {
+        let h = 2.0 / f64::from(steps);
+        let mut simulation = Simulation::new(self.system(), self.states.clone(), method, h)
+            .unwrap_or_else(|error| panic!("{error}"));
+        for _ in 0..steps {
+            simulation.advance(&self.controls).expect("a step");
+        }
+        simulation.states().to_vec()
+    }
+}
+
+fn distance(a: &[BodyState], b: &[BodyState]) -> f64 {
+    let one = |(a, b): (&BodyState, &BodyState)| {
+        (a.position - b.position)
+            .norm()
+            .max((a.attitude - b.attitude).norm())
+            .max((a.linear_momentum - b.linear_momentum).norm())
+            .max((a.angular_momentum - b.angular_momentum).norm())
+    };
+    a.iter().zip(b).map(one).fold(0.0, f64::max)
+}
+
+/// Every kind of body, source and mobility, in random combinations.
+#[test]
+fn random_systems_agree_with_another_method() {
+    for index in 0..150 {
+        let flight = Flight::random(index);
+        let reference = flight.fly(Method::DormandPrince853 { tolerance: 1e-16 }, 1);
+        let fine = distance(&flight.fly(taylor(1e-16), 1), &reference);
+        let coarse = distance(&flight.fly(taylor(1e-8), 1), &reference);
+        println!("{index}: {fine:.1e}, {coarse:.1e}");
+        assert!(
+            fine < 1e-12 && coarse < 1e-6,
+            "{index}: {fine:e}, {coarse:e}"
+        );
+    }
+}
+
+/// States shown within steps lie on the same solution, bit for bit, forward and backward in time.
+#[test]
+fn the_solution_does_not_depend_on_the_output() {
+    for index in 0..20 {
+        let flight = Flight::random(index);
+        for tolerance in [1e-4, 1e-12] {
+            let once = flight.fly(taylor(tolerance), 1);
+            let often = flight.fly(taylor(tolerance), 512);
+            assert_eq!(once, often, "{index}, {tolerance:e}");
+        }
+    }
+}
+
+/// Attitudes are rotations to rounding at any tolerance and time.
+#[test]
+fn attitudes_are_rotations() {
+    for index in 0..20 {
+        for state in Flight::random(index).fly(taylor(1e-3), 7) {
+            let error = lgvi_lie::orthogonality_error(&state.attitude);
+            assert!(error < 2e-15, "{index}: {error:e}");
+        }
+    }
+}
+
+#[test]
+fn a_motion_returns_along_its_path() {
+    let case = Case::load("a1_two_dumbbells_regular");
+    let none = [Load::default(); 2];
+    let mut there = case.simulation(taylor(1e-14), 10.0);
+    there.advance(&none).expect("a step");
+    let states = there.states().to_vec();
+    let mut back = case.simulation_from(states, taylor(1e-14), -10.0);
+    back.advance(&none).expect("a step");
+    let (_, start) = case.system();
+    let error = distance(back.states(), &start);
+    assert!(error < 1e-11, "{error:e}");
+}
+
+fn refusal(bodies: Vec<RigidBody>, gravity: Box<dyn Gravity>) -> MethodError {
+    let states = bodies.iter().enumerate().map(|(index, body)| {
+        let position = Vector3::new(10.0 * index as f64, 0.0, 0.0);
+        let zero = Vector3::zeros();
+        BodyState::from_velocities(body, position, zero, Matrix3::identity(), zero)
+    });
+    let states = states.collect();
+    let system = System::new(bodies, vec![gravity]);
+    let made = Simulation::new(system, states, taylor(1e-9), 0.1);
+    made.err().expect("a refusal")
+}
+
+#[test]
+fn unsupported_gravity_is_refused() {
+    let inertia = Inertia::principal([1.0; 3]).expect("an inertia");
+    let point = || RigidBody::new(1.0, inertia.clone(), vec![]).expect("a body");
+    let fourth = Multipole::of_moments(1.0, &Moments::of_ellipsoid(1.0, [0.3, 0.2, 0.1]));
+    let fourth = RigidBody::with_multipole(inertia.clone(), fourth).expect("a body");
+    let cuboid = Polyhedron::cuboid([0.3, 0.2, 0.1], 1.0).expect("a polyhedron");
+    let solid = RigidBody::with_polyhedron(None, &cuboid, 4).expect("a body");
+    for body in [fourth, solid] {
+        let error = refusal(vec![point(), body], Box::new(Mutual::new(1.0)));
+        assert!(
+            matches!(error, MethodError::Body { body: 1, .. }),
+            "{error}"
+        );
+    }
+    let pair = [1.0, -1.0].map(|x| PointMass {
+        mass: 0.5,
+        position: Vector3::new(x, 0.0, 0.0),
+    });
+    let dumbbell = RigidBody::new(1.0, inertia.clone(), pair.to_vec()).expect("a body");
+    let multipole =
+        RigidBody::with_multipole(inertia.clone(), Multipole::of_inertia(1.0, &inertia));
+    let bodies = vec![multipole.expect("a body"), dumbbell];
+    let error = refusal(bodies, Box::new(Mutual::new(1.0)));
+    assert!(
+        matches!(error, MethodError::Body { body: 1, .. }),
+        "{error}"
+    );
+    let fourth = Multipole::of_moments(1.0, &Moments::of_ellipsoid(1.0, [0.3, 0.2, 0.1]));
+    let error = refusal(vec![point()], Box::new(fourth));
+    assert!(matches!(error, MethodError::Model { .. }), "{error}");
+    let system = System::new(vec![point()], vec![]);
+    for tolerance in [0.0, 1.0, f64::NAN] {
+        let error = taylor(tolerance)
+            .integrator(&system)
+            .err()
+            .expect("a refusal");
+        assert!(matches!(error, MethodError::Parameter { .. }), "{error}");
+    }
+}

@@ -258,6 +258,7 @@ fn scenes(corpus: &Path) -> Done {
         "\"runge_kutta4\"",
         "{ name = \"fehlberg78\", tolerance = 1e-9 }",
         "{ name = \"dormand_prince853\", tolerance = 1e-9 }",
+        "{ name = \"taylor\", tolerance = 1e-9 }",
     ];
     let run = |integrator: &str, more: &str| {
         format!(

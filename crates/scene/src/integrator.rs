@@ -197,6 +197,11 @@ enum Table {
         /// Error in a step, 1e-17 to 0.1.
         tolerance: f64,
     },
+    /// Taylor series with error control.
+    Taylor {
+        /// Error in a step, 1e-17 to 0.1.
+        tolerance: f64,
+    },
 }
 
 fn auto_tolerance() -> f64 {
@@ -329,6 +334,7 @@ impl IntegratorFile {
             Table::RungeKutta4 {} => Method::RungeKutta4,
             Table::Fehlberg78 { tolerance } => Method::Fehlberg78 { tolerance },
             Table::DormandPrince853 { tolerance } => Method::DormandPrince853 { tolerance },
+            Table::Taylor { tolerance } => Method::Taylor { tolerance },
         })
     }
 }

@@ -4,8 +4,8 @@
 //!   rotates each body by a rotor (`drift`, `rotor`), starting from guesses that `warm_start` extrapolates.
 //! - Kicks, and drifts along Kepler's motion: `wisdom_holman`.
 //! - Other variational methods: `lagrangian`, `galerkin`, `closed_form`.
-//! - Error control: `adaptive`. Methods for comparison: `baselines`. Both share the vector field `flow`, `stages`,
-//!   `tableau` and `scale`.
+//! - Error control: `adaptive`, with solutions by Runge–Kutta pairs and by `taylor`. Methods for comparison: `baselines`.
+//!   Both share the vector field `flow`, `stages`, `tableau` and `scale`.
 //! - Wrapper around any of them: `subdivision`.
 
 mod adaptive;

@@ -34,7 +34,10 @@ fn errors_are_proportional_to_the_tolerance() {
             let tolerance = 10f64.powi(-exponent);
             let error = reference.errors_at(t, 1, taylor(tolerance)).greatest() / length;
             println!("{case} {tolerance:e}: {error:.2e}");
-            assert!(error < 100.0 * tolerance, "{case}, {tolerance:e}: {error:e}");
+            assert!(
+                error < 100.0 * tolerance,
+                "{case}, {tolerance:e}: {error:e}"
+            );
         }
     }
 }

@@ -83,6 +83,10 @@ fn integrators_are_named_by_a_word_or_a_table() {
             r#"integrator = { name = "dormand_prince853", tolerance = 1e-9 }"#,
             Method::DormandPrince853 { tolerance: 1e-9 },
         ),
+        (
+            r#"integrator = { name = "taylor", tolerance = 1e-9 }"#,
+            Method::Taylor { tolerance: 1e-9 },
+        ),
     ] {
         assert_eq!(method(integrator), expected, "{integrator}");
     }

@@ -1,4 +1,4 @@
-//! Runge–Kutta pairs with error control and dense output.
+//! Methods with error control and dense output.
 
 mod dense;
 mod embedded;
@@ -19,21 +19,23 @@ const LIMIT: u32 = 10_000_000;
 /// Accepted tolerances: those that are meaningful and can be met in double precision.
 const TOLERANCES: std::ops::RangeInclusive<f64> = 1e-17..=0.1;
 
-/// An explicit Runge–Kutta pair of eighth order with error control, applied to x, γ, the nine entries of R, and Π.
+/// A method with error control: an explicit Runge–Kutta pair of eighth order, applied to x, γ, the nine entries of R,
+/// and Π, or Taylor series.
 ///
 /// The method chooses its own steps such that the estimated error of each is at most the tolerance. The error is the
 /// root mean square over all moving components, absolute for attitudes and relative for the rest. Positions are
 /// relative to the distance from the origin plus the radius of gyration. Momenta are relative to their magnitude plus
 /// the momentum that moves the body by a tenth of that radius, or rotates it by a tenth of a radian, in the longest
-/// step so far. This internal solution runs ahead of the output states, which come from a continuous extension of
-/// seventh order. The output interval does not affect the internal solution and hardly affects the cost.
+/// step so far. Taylor series take the greatest of the last two terms instead. This internal solution runs ahead of the
+/// output states, which come from a continuous extension of seventh order, or from the series. The output interval does
+/// not affect the internal solution and hardly affects the cost.
 ///
 /// When the controls change or a new trajectory starts, the internal solution restarts from the output states.
 ///
 /// # Assumptions and limitations
 /// Over long times the error is the sum of many local errors and exceeds the tolerance. Output within a step is less
-/// accurate than its ends: for two dumbbells (`tests/truth`, a1), the largest error of position, attitude (Frobenius
-/// norm) and momenta was up to 3 tolerances with Fehlberg's pair and up to 50 with the Dormand–Prince pair. R leaves
+/// accurate than its ends with the pairs: for two dumbbells (`tests/truth`, a1), the largest error of position, attitude (Frobenius
+/// norm) and momenta was up to 3 tolerances with Fehlberg's pair and up to 50 with the Dormand–Prince pair, and R leaves
 /// SO(3) by that error. The method is neither symplectic nor time-reversible. After an error, the internal solution
 /// restarts from the output states. Close approaches are detected only at output times and at the ends of internal
 /// steps.
@@ -133,7 +135,7 @@ impl Adaptive {
         )
     }
 
-    /// Taylor series of an order that fits the tolerance, which must be between 1e-17 and 0.1, see [`taylor`](super::taylor).
+    /// Taylor series of an order that fits the tolerance, which must be between 1e-17 and 0.1, in each step; see `docs/taylor.md`.
     ///
     /// # Errors
     /// Returns an error for another tolerance, and for gravity whose series is not implemented.

@@ -57,11 +57,10 @@ impl Separable for Noting {
     }
 }
 
-const METHODS: [Method; 4] = [
+const METHODS: [Method; 3] = [
     Method::Lgvi(Rotor::Exact),
     Method::Nystrom { order: 6 },
     Method::DormandPrince853 { tolerance: 1e-11 },
-    Method::Taylor { tolerance: 1e-11 },
 ];
 
 /// A dumbbell with a large inertia, which gravity hardly rotates.
@@ -131,22 +130,21 @@ fn a_pair_that_comes_near_is_computed_in_full() {
 #[test]
 fn errors_follow_the_allowance() {
     let (bodies, states) = flyby();
-    let method = METHODS[1];
+    for method in [METHODS[1], Method::Taylor { tolerance: 1e-11 }] {
+        errors_of(method, &bodies, &states);
+    }
+}
+
+fn errors_of(method: Method, bodies: &[RigidBody; 2], states: &[BodyState; 2]) {
     let steps = (0.02, 3_000);
-    let full = fly(
-        (&bodies, mutual(0.2)),
-        &states,
-        method,
-        steps,
-        Skip::Nothing,
-    );
-    let accuracy = Accuracy::new(&bodies, &states);
+    let full = fly((bodies, mutual(0.2)), states, method, steps, Skip::Nothing);
+    let accuracy = Accuracy::new(bodies, states);
     let mut system = System::new(bodies.to_vec(), mutual(0.2));
     for tolerance in [1e-3, 1e-5, 1e-7] {
-        let skip = Skip::within(&mut system, &states, 60.0, tolerance);
-        let reduced = fly((&bodies, mutual(0.2)), &states, method, steps, skip);
+        let skip = Skip::within(&mut system, states, 60.0, tolerance);
+        let reduced = fly((bodies, mutual(0.2)), states, method, steps, skip);
         let error = accuracy.error(reduced.states(), full.states());
-        println!("{tolerance:e}: {error:e}");
+        println!("{method}, {tolerance:e}: {error:e}");
         assert!(error <= tolerance, "{tolerance:e}: {error:e}");
     }
     let none = Allowance {
@@ -157,8 +155,8 @@ fn errors_follow_the_allowance() {
         evaluations: 0,
     };
     let reduced = fly(
-        (&bodies, mutual(0.2)),
-        &states,
+        (bodies, mutual(0.2)),
+        states,
         method,
         steps,
         Skip::Within(none),

@@ -90,6 +90,9 @@ impl fmt::Display for Chosen {
                     "{{ name = \"dormand_prince853\", tolerance = {tolerance:e} }}"
                 )?;
             }
+            Method::Taylor { tolerance } => {
+                write!(f, "{{ name = \"taylor\", tolerance = {tolerance:e} }}")?;
+            }
             Method::Nystrom { order } => write!(f, "{{ name = \"nystrom\", order = {order} }}")?,
             Method::Lgvi(Rotor::Discrete) => write!(f, "\"lgvi\"")?,
             // Never chosen automatically.

@@ -1,4 +1,4 @@
-use crate::integrator::{Rotor, Splitting};
+use crate::integrator::{ExpansionSize as Size, Rotor, Splitting};
 use crate::{Inertia, Method, Mobility, RigidBody, System};
 
 // Costs are in nanoseconds of one core of the machine on which they were measured. Only their ratios matter.
@@ -35,6 +35,18 @@ const DENSE: f64 = 4.0;
 /// Cost per body and dense output state of an adaptive method.
 const SHOWN: f64 = 97.0;
 
+/// Cost of a step of a Taylor series: in all, and per order for a body, for its rotation, and for a group of forces.
+const EXPANSION: f64 = 120.0;
+const EXPANDED_BODY: f64 = 10.0;
+const EXPANDED_ROTATION: f64 = 6.0;
+const EXPANDED_FORCES: f64 = 20.0;
+
+/// Cost of a term of a product of Taylor series, in all lanes.
+const TERM: f64 = 0.36;
+
+/// Cost per body and output state of a Taylor series: in all, and per order.
+const EVALUATED: [f64; 2] = [50.0, 2.5];
+
 /// Cost of a point mass in a central field.
 const POINT: f64 = 11.0;
 
@@ -45,6 +57,8 @@ pub(super) struct Cost {
     /// Numbers of moving bodies with three equal principal moments, with two, and with none.
     moving: [f64; 3],
     pivoted: f64,
+    /// Size of the Taylor series, if they can be used.
+    expansion: Option<Size>,
 }
 
 impl Cost {
@@ -60,6 +74,7 @@ impl Cost {
             gravity: POINT * system.cost(),
             moving,
             pivoted,
+            expansion: Size::of(system),
         }
     }
 
@@ -87,6 +102,28 @@ impl Cost {
     /// The cost of dense output for `shown` states in a flight of `internal` internal steps.
     pub(super) fn shown(&self, internal: f64, shown: f64) -> f64 {
         DENSE * internal.min(shown) * self.stage() + shown * (STEP + SHOWN * self.bodies())
+    }
+
+    /// True if Taylor series can be used.
+    pub(super) fn expands(&self) -> bool {
+        self.expansion.is_some()
+    }
+
+    /// The cost of a step of a Taylor series of this order, or infinity if there is none.
+    pub(super) fn expansion(&self, order: u32) -> f64 {
+        let Some(size) = &self.expansion else {
+            return f64::INFINITY;
+        };
+        let order = f64::from(order);
+        let bodies = EXPANDED_BODY * size.bodies + EXPANDED_ROTATION * size.rotations;
+        let own = bodies + EXPANDED_FORCES * size.forces;
+        EXPANSION + order * (own + 0.5 * order * TERM * size.terms)
+    }
+
+    /// The cost of `shown` output states of a Taylor series of this order.
+    pub(super) fn evaluated(&self, order: u32, shown: f64) -> f64 {
+        let [own, each] = EVALUATED;
+        shown * (STEP + self.bodies() * (own + each * f64::from(order)))
     }
 
     fn stage(&self) -> f64 {

@@ -19,6 +19,23 @@ const EXPECTED: f64 = 25.0;
 /// Cost between two progress reports, in approximate nanoseconds.
 const REPORT: f64 = 1e7;
 
+/// The methods that choose their own steps.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Tuned {
+    DormandPrince,
+    Taylor,
+}
+
+impl Tuned {
+    /// The method with this tolerance.
+    pub(super) fn to(self, tolerance: f64) -> Method {
+        match self {
+            Self::DormandPrince => Method::DormandPrince853 { tolerance },
+            Self::Taylor => Method::Taylor { tolerance },
+        }
+    }
+}
+
 /// Integrates a run repeatedly and counts the cost.
 pub(super) struct Flights<'a> {
     system: &'a mut System,
@@ -149,20 +166,45 @@ impl<'a> Flights<'a> {
             Some((splitting, rotor)) => {
                 steps * f64::from(substeps) * self.cost.step(&splitting, rotor)
             }
-            None => internal * self.cost.internal_step() + self.cost.shown(internal, steps),
+            None => internal * self.internal_step(method) + self.shown(method, internal),
         }
     }
 
-    /// Integrates the run by the Dormand–Prince method while it costs at most `most` and `goes_on`, called at each
-    /// instant, returns true.
+    /// Predicted cost of an internal step of a method that chooses its own steps.
+    fn internal_step(&self, method: Method) -> f64 {
+        match (method, method.order()) {
+            (Method::Taylor { .. }, Some(order)) => self.cost.expansion(order),
+            _ => self.cost.internal_step(),
+        }
+    }
+
+    /// Predicted cost of the output of a run by a method that chooses its own steps.
+    fn shown(&self, method: Method, internal: f64) -> f64 {
+        let steps = self.run.steps as f64;
+        match (method, method.order()) {
+            (Method::Taylor { .. }, Some(order)) => self.cost.evaluated(order, steps),
+            _ => self.cost.shown(internal, steps),
+        }
+    }
+
+    /// Integrates the run by a method that chooses its own steps while it costs at most `most` and `goes_on`, called at
+    /// each instant, returns true.
     pub(super) fn adaptive(
         &mut self,
+        tuned: Tuned,
         tolerance: f64,
         most: f64,
         mut goes_on: impl FnMut(usize, &[BodyState]) -> bool,
     ) -> Result<Course, ChoiceError> {
-        let price = self.cost.internal_step();
-        let mut integrator = Adaptive::to(tolerance, self.system.bodies());
+        let method = tuned.to(tolerance);
+        let price = self.internal_step(method);
+        let (mut integrator, evaluations) = match tuned {
+            Tuned::DormandPrince => (Adaptive::to(tolerance, self.system.bodies()), STAGES),
+            Tuned::Taylor => {
+                let integrator = Adaptive::taylor(tolerance, self.system)?;
+                (integrator, method.order().unwrap_or_default())
+            }
+        };
         let mut states = self.start.to_vec();
         let mut course = Course::default();
         if let Err(error) = integrator.begin(self.system, &states) {
@@ -179,7 +221,7 @@ impl<'a> Flights<'a> {
                 made = attempts;
                 *steps += more;
                 *cost += more * price;
-                meter.spend(more * price, more * f64::from(STAGES)) && *cost <= most
+                meter.spend(more * price, more * f64::from(evaluations)) && *cost <= most
             });
             if self.meter.stopped {
                 return Err(ChoiceError::Interrupted);

@@ -1,4 +1,4 @@
-use super::flight::{End, Flights};
+use super::flight::{End, Flights, Tuned};
 use super::reference::Reference;
 use super::{Candidate, ChoiceError};
 use crate::Method;
@@ -12,7 +12,7 @@ const EQUAL: [Method; 4] = [
     Method::Nystrom { order: 8 },
 ];
 
-/// Tolerances of the Dormand–Prince method: two per decade, starting from the loosest.
+/// Tolerances of methods with error control: two per decade, starting from the loosest.
 const LOOSEST: f64 = 1e-2;
 const A_DECADE: f64 = 2.0;
 
@@ -27,46 +27,66 @@ pub(super) fn search(
     reference: &Reference,
     tolerance: f64,
 ) -> Result<Vec<Candidate>, ChoiceError> {
-    let mut all = vec![adaptive(flights, reference, tolerance)?];
-    for method in EQUAL {
+    let unlimited = f64::INFINITY;
+    let mut all = Vec::new();
+    all.extend(adaptive(
+        flights,
+        reference,
+        tolerance,
+        Tuned::DormandPrince,
+        unlimited,
+    )?);
+    let cheapest = |all: &[Candidate]| {
         let met = all.iter().filter(|candidate| candidate.error <= tolerance);
-        let most = met.map(|met| met.cost).fold(f64::INFINITY, f64::min);
+        met.map(|met| met.cost).fold(unlimited, f64::min)
+    };
+    if flights.cost.expands() {
+        let most = cheapest(&all);
+        all.extend(adaptive(
+            flights,
+            reference,
+            tolerance,
+            Tuned::Taylor,
+            most,
+        )?);
+    }
+    for method in EQUAL {
+        let most = cheapest(&all);
         all.extend(equal(flights, reference, tolerance, method, most)?);
     }
     Ok(all)
 }
 
-/// The loosest setting of the Dormand–Prince method that meets the tolerance, or the most accurate one if none does.
+/// The loosest setting of a method with error control that meets the tolerance, or the most accurate one if none does.
+/// Settings that cost more than `most` are abandoned.
 fn adaptive(
     flights: &mut Flights<'_>,
     reference: &Reference,
     tolerance: f64,
-) -> Result<Candidate, ChoiceError> {
-    let mut best = Candidate {
-        method: Method::DormandPrince853 { tolerance: LOOSEST },
-        substeps: 1,
-        error: f64::INFINITY,
-        cost: f64::INFINITY,
-    };
+    tuned: Tuned,
+    most: f64,
+) -> Result<Option<Candidate>, ChoiceError> {
+    let mut best: Option<Candidate> = None;
+    let allowed = (2.0 * reference.cost()).min(most * reference.part());
     for rung in 0.. {
         let local = LOOSEST * libm::pow(10.0, -f64::from(rung) / A_DECADE);
         if local < 2.0 * reference.tolerance {
             break;
         }
         let mut comparison = reference.comparison(flights, tolerance);
-        let course = flights.adaptive(local, 2.0 * reference.cost(), |instant, states| {
+        let course = flights.adaptive(tuned, local, allowed, |instant, states| {
             comparison.compare(instant, states)
         })?;
-        let method = Method::DormandPrince853 { tolerance: local };
-        if comparison.error < best.error {
-            best = Candidate {
+        let (method, error) = (tuned.to(local), comparison.error);
+        if best.is_none_or(|best| error < best.error) {
+            best = Some(Candidate {
                 method,
                 substeps: 1,
-                error: comparison.error,
+                error,
                 cost: flights.price(method, 1, course.steps / reference.part()),
-            };
+            });
         }
-        if best.error <= tolerance || course.end == End::Costly {
+        if error <= tolerance || course.end == End::Costly {
             break;
         }
     }

@@ -1,4 +1,4 @@
-use super::flight::{BUDGET, Course, End, Flights};
+use super::flight::{BUDGET, Course, End, Flights, Tuned};
 use super::{ChoiceError, Outlook};
 use crate::BodyState;
 
@@ -67,23 +67,28 @@ impl Reference {
 
     /// Integrates a reference and estimates its floor.
     fn fly(flights: &mut Flights<'_>, tolerance: f64, most: f64) -> Result<Self, ChoiceError> {
-        let course = flights.adaptive(tolerance, most, |_, _| true)?;
+        let course = flights.adaptive(Tuned::DormandPrince, tolerance, most, |_, _| true)?;
         if let End::Failed(error) = course.end {
             return Err(ChoiceError::Flight(error));
         }
         let mut floor = vec![0.0_f64; course.states.len()];
         let accuracy = flights.accuracy;
         for factor in LOOSER {
-            let other = flights.adaptive(factor * tolerance, most, |instant, states| {
-                let error = course
-                    .states
-                    .get(instant)
-                    .map_or(f64::INFINITY, |truth| accuracy.error(states, truth));
-                if let Some(floor) = floor.get_mut(instant) {
-                    *floor = floor.max(MARGIN * error);
-                }
-                error <= RESOLVED
-            })?;
+            let other = flights.adaptive(
+                Tuned::DormandPrince,
+                factor * tolerance,
+                most,
+                |instant, states| {
+                    let error = course
+                        .states
+                        .get(instant)
+                        .map_or(f64::INFINITY, |truth| accuracy.error(states, truth));
+                    if let Some(floor) = floor.get_mut(instant) {
+                        *floor = floor.max(MARGIN * error);
+                    }
+                    error <= RESOLVED
+                },
+            )?;
             floor.truncate(other.states.len());
         }
         if floor.is_empty() {

@@ -39,6 +39,7 @@ pub use lagrangian::LagrangianLgvi;
 pub use method::{KeplerScheme, Method, Rotor};
 pub use splitting::Splitting;
 pub use subdivision::Subdivision;
+pub(crate) use taylor::ExpansionSize;
 pub use wisdom_holman::WisdomHolman;
 
 use crate::{BodyState, Load, System};

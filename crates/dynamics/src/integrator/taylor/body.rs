@@ -133,6 +133,12 @@ impl Body {
         self.turns
     }
 
+    /// Products per term of a sum, if its rotation is expanded.
+    pub(super) fn terms(&self) -> f64 {
+        let matrix = if self.matrix().is_some() { 3.0 } else { 0.0 };
+        4.0 + matrix + self.lever.as_ref().map_or(0.0, Lever::terms)
+    }
+
     /// Begins at a state.
     pub(super) fn begin(&mut self, body: &RigidBody, state: &BodyState) {
         self.position[0] = Lanes::vector(state.position.into());

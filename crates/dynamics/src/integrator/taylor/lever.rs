@@ -41,6 +41,14 @@ impl Lever {
         })
     }
 
+    /// Products per term of a sum.
+    pub(super) fn terms(&self) -> f64 {
+        match self {
+            Self::Line { .. } => 3.0,
+            Self::Solid { .. } => 6.0,
+        }
+    }
+
     /// Sets coefficient n from those of the forces on points.
     #[inline(always)]
     pub(super) fn set<'a, S: Simd>(

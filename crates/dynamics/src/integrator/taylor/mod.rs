@@ -30,6 +30,26 @@ pub(super) fn order(tolerance: f64) -> u32 {
     libm::ceil(order) as u32
 }
 
+/// The size of the expansion of a system, which determines its cost.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ExpansionSize {
+    /// Bodies.
+    pub(crate) bodies: f64,
+    /// Bodies whose rotation is expanded.
+    pub(crate) rotations: f64,
+    /// Groups of forces that are computed side by side.
+    pub(crate) forces: f64,
+    /// Products whose coefficients are summed.
+    pub(crate) terms: f64,
+}
+
+impl ExpansionSize {
+    /// The size for `system`, or `None` if it cannot be expanded.
+    pub(crate) fn of(system: &System) -> Option<Self> {
+        Some(compile(system, 1).ok()?.size())
+    }
+}
+
 /// A solution by Taylor series: in each step, the coefficients of positions, quaternions and velocities follow from
 /// recurrences up to an order that fits the tolerance. The step is as long as the last two terms allow. Quaternions are
 /// normalized between steps, and the rotation of bodies without moments is known in closed form.

@@ -117,6 +117,11 @@ impl Side {
 }
 
 impl Multipoles {
+    /// Products per term of a sum.
+    pub(super) fn terms(&self) -> f64 {
+        5.0 + 10.0 * self.sides.len() as f64
+    }
+
     /// Two bodies at these places with the product `strength` of their masses and G.
     pub(super) fn new(centers: [usize; 2], strength: f64, sides: Vec<Side>, order: usize) -> Self {
         Self {

@@ -35,6 +35,9 @@ pub(super) struct Oblate {
 }
 
 impl Oblate {
+    /// Products per term of a sum.
+    pub(super) const TERMS: f64 = 11.5;
+
     /// At most four `points`, each a place and its mass, at least one.
     pub(super) fn new(source: Source, points: &[(usize, f64)], order: usize) -> Self {
         let place = |lane: usize| points.get(lane).unwrap_or(&points[0]).0;

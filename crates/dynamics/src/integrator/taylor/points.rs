@@ -25,6 +25,9 @@ pub(super) struct Pairs {
 }
 
 impl Pairs {
+    /// Products per term of a sum.
+    pub(super) const TERMS: f64 = 6.5;
+
     /// At most four `pairs`, at least one.
     pub(super) fn new(pairs: &[Pair], order: usize) -> Self {
         let used = |lane: usize| pairs.get(lane).unwrap_or(&pairs[0]);

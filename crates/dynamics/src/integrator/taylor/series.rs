@@ -2,6 +2,7 @@
 
 use fearless_simd::{Level, Simd, dispatch};
 
+use super::ExpansionSize;
 use super::body::{Body, greater};
 use super::jet::Lanes;
 use super::multipoles::Multipoles;
@@ -24,6 +25,22 @@ impl Series {
     /// Computes all coefficients from those of order 0.
     pub(super) fn expand(&mut self, level: Level) {
         dispatch!(level, simd => expand(simd, self));
+    }
+
+    /// The size of the expansion.
+    pub(super) fn size(&self) -> ExpansionSize {
+        let turning = self.bodies.iter().filter(|body| body.turns());
+        let multipoles = self.multipoles.iter().map(Multipoles::terms);
+        let forces = [self.pairs.len(), self.oblates.len(), self.multipoles.len()];
+        ExpansionSize {
+            bodies: self.bodies.len() as f64,
+            rotations: turning.clone().count() as f64,
+            forces: forces.into_iter().sum::<usize>() as f64,
+            terms: turning.map(Body::terms).sum::<f64>()
+                + Pairs::TERMS * self.pairs.len() as f64
+                + Oblate::TERMS * self.oblates.len() as f64
+                + multipoles.sum::<f64>(),
+        }
     }
 
     /// Begins the free and pivoted bodies at time t of the expansion.

@@ -80,20 +80,23 @@ def loads(case, bodies):
     zero = [hy.expression(0.0)] * 3
     forces, torques = [zero] * len(bodies), [None] * len(bodies)
     if kind == "points":
-        (one, other), constant = bodies, parameters["G"]
-        forces, torques = [zero, zero], [zero, zero]
+        constant = parameters["G"]
+        pulls, turns = [[] for _ in bodies], [[] for _ in bodies]
         arms = [[(p[0], body.to_inertial(p[1:])) for p in body.data["points"]] for body in bodies]
-        separation = add(one.position, other.position, -1.0)
-        for m, arm in arms[0]:
-            for n, other_arm in arms[1]:
-                d = add(add(separation, arm), other_arm, -1.0)
-                pull = -constant * m * n * dot(d, d) ** -1.5
-                pair = [pull * c for c in d]
-                forces = [add(forces[0], pair), add(forces[1], pair, -1.0)]
-                torques = [
-                    add(torques[0], cross(arm, pair)),
-                    add(torques[1], cross(other_arm, pair), -1.0),
-                ]
+        for i in range(len(bodies)):
+            for j in range(i):
+                separation = add(bodies[i].position, bodies[j].position, -1.0)
+                for m, arm in arms[i]:
+                    for n, other_arm in arms[j]:
+                        d = add(add(separation, arm), other_arm, -1.0)
+                        pull = -constant * m * n * dot(d, d) ** -1.5
+                        pair = [pull * c for c in d]
+                        pulls[i].append(pair)
+                        pulls[j].append([-c for c in pair])
+                        turns[i].append(cross(arm, pair))
+                        turns[j].append([-c for c in cross(other_arm, pair)])
+        forces = [[hy.sum(list(terms)) for terms in zip(*each)] for each in pulls]
+        torques = [[hy.sum(list(terms)) for terms in zip(*each)] for each in turns]
     elif kind == "central":
         forces, torques = [zero], [zero]
         for m, *place in bodies[0].data["points"]:

@@ -72,12 +72,15 @@ def rigid(case):
             return [pulls.sum(0)], [np.cross(arms, pulls).sum(0)]
         if potential == "points":
             arms = [cloud[:, 1:] @ matrix.T for cloud, matrix in zip(clouds, r)]
-            d = (x[0] + arms[0])[:, None] - (x[1] + arms[1])[None]
-            weights = -parameters["G"] * np.outer(clouds[0][:, 0], clouds[1][:, 0])
-            pulls = (weights * np.einsum("ijk,ijk->ij", d, d) ** -1.5)[..., None] * d
-            on_one, on_other = pulls.sum(1), -pulls.sum(0)
-            force = on_one.sum(0)
-            return [force, -force], [np.cross(arms[0], on_one).sum(0), np.cross(arms[1], on_other).sum(0)]
+            on = [np.zeros_like(arm) for arm in arms]
+            for i in range(len(arms)):
+                for j in range(i):
+                    d = (x[i] + arms[i])[:, None] - (x[j] + arms[j])[None]
+                    weights = -parameters["G"] * np.outer(clouds[i][:, 0], clouds[j][:, 0])
+                    pulls = (weights * np.einsum("ijk,ijk->ij", d, d) ** -1.5)[..., None] * d
+                    on[i] += pulls.sum(1)
+                    on[j] -= pulls.sum(0)
+            return [f.sum(0) for f in on], [np.cross(arm, f).sum(0) for arm, f in zip(arms, on)]
         return second_order(x, r)
 
     def second_order(x, r):

@@ -201,11 +201,15 @@ fn tries(run: &Run) -> Result<Vec<Vec<(Method, u32)>>, BenchError> {
         .collect();
     substeps.dedup();
     let finer = |method| substeps.iter().map(|n| (method, *n)).collect();
-    let adaptive = (4..29).map(|i| {
-        let tolerance = 10_f64.powf(-0.5 * f64::from(i));
-        (Method::DormandPrince853 { tolerance }, 1)
-    });
-    let mut tries = vec![vec![(Method::ClosedForm, 1)], adaptive.collect()];
+    let tolerances = || (4..29).map(|i| 10_f64.powf(-0.5 * f64::from(i)));
+    let dormand_prince = tolerances().map(|tolerance| Method::DormandPrince853 { tolerance });
+    let taylor = tolerances().map(|tolerance| Method::Taylor { tolerance });
+    let once = |method| (method, 1);
+    let mut tries = vec![
+        vec![once(Method::ClosedForm)],
+        dormand_prince.map(once).collect(),
+        taylor.map(once).collect(),
+    ];
     let exact = Rotor::Exact;
     tries.extend([8, 6, 4].map(|order| finer(Method::Nystrom { order })));
     let rotor = Rotor::default();
@@ -221,7 +225,7 @@ fn time(run: &Run, flight: &Try) -> Result<f64, BenchError> {
     let steps = run.wanted.steps;
     let mut simulation = run.simulation(flight.method, steps, flight.substeps)?;
     let controls = vec![Load::default(); simulation.states().len()];
-    let alike = !matches!(flight.method, Method::DormandPrince853 { .. });
+    let alike = !flight.method.has_error_control();
     let begun = Moment::now();
     let mut made = 0;
     while made < steps && !(alike && made > 0 && begun.elapsed() > PART) {

@@ -20,7 +20,7 @@ const ROTORS: [(&str, Rotor); 2] = [("discrete", Rotor::Discrete), ("exact", Rot
 /// Step of the bodies that turn by themselves.
 const H: f64 = 0.1;
 
-/// Tolerance of the adaptive method, and the steps of a run in which it shows few states and many.
+/// Tolerance of methods with error control, and the steps of a run in which it shows few states and many.
 const TOLERANCE: f64 = 1e-9;
 const STATES: [u64; 2] = [1, 10_000];
 
@@ -58,9 +58,10 @@ pub(crate) fn run(repeats: u32) -> Result<(), BenchError> {
     }
     println!();
     println!(
-        "| run | gravity (ns) | predicted points | a point (ns) | discrete stage (ns) | adaptive step (ns) | state shown (ns) |"
+        "| run | gravity (ns) | predicted points | a point (ns) | discrete stage (ns) | Dormand–Prince step (ns) | state shown (ns) | \
+         Taylor step (ns) | state shown (ns) |"
     );
-    println!("|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|---|");
     let mut last = String::new();
     for run in Run::all()? {
         if run.name == last {
@@ -72,9 +73,13 @@ pub(crate) fn run(repeats: u32) -> Result<(), BenchError> {
         let mut loads = vec![Load::default(); states.len()];
         let gravity = nanoseconds(repeats, || system.loads(&states, &mut loads));
         let points = system.cost();
-        let [adaptive, shown] = adaptive(&run, repeats)?;
+        let tolerance = TOLERANCE;
+        let [adaptive, shown] = tuned(&run, Method::DormandPrince853 { tolerance }, repeats)?;
+        // Some gravity has no series.
+        let [expansion, evaluated] =
+            tuned(&run, Method::Taylor { tolerance }, repeats).unwrap_or([f64::NAN; 2]);
         println!(
-            "| {} | {gravity:.0} | {points:.1} | {:.1} | {:.0} | {adaptive:.0} | {shown:.0} |",
+            "| {} | {gravity:.0} | {points:.1} | {:.1} | {:.0} | {adaptive:.0} | {shown:.0} | {expansion:.0} | {evaluated:.0} |",
             run.name,
             gravity / points,
             // the steps of some runs are too long for one
@@ -123,11 +128,8 @@ fn stage(bodies: &[RigidBody], rotor: Rotor, repeats: u32) -> Result<f64, BenchE
     Ok((at(8)? - at(4)?) / 16.0)
 }
 
-/// Time (ns) of a step of the adaptive method, and of a state that it shows.
-fn adaptive(run: &Run, repeats: u32) -> Result<[f64; 2], BenchError> {
-    let method = Method::DormandPrince853 {
-        tolerance: TOLERANCE,
-    };
+/// Time (ns) of a step of a method with error control, and of a state that it shows.
+fn tuned(run: &Run, method: Method, repeats: u32) -> Result<[f64; 2], BenchError> {
     let mut times = [f64::INFINITY; 2];
     let mut made = 0_u64;
     for _ in 0..repeats {

@@ -58,7 +58,7 @@ pub(crate) struct ErrorsAt {
 
 const ATTITUDES: [f64; 3] = [1e-6, 1e-8, 1e-10];
 
-pub(crate) const CASES: [Setting; 10] = [
+pub(crate) const CASES: [Setting; 12] = [
     Setting {
         steps: 1200,
         ..Setting::attitude("a1_two_dumbbells_regular", 300.0, "t = 300")
@@ -96,6 +96,8 @@ pub(crate) const CASES: [Setting; 10] = [
         targets: [1e-4, 1e-7, 1e-10],
         ..Setting::position("g_kepler", 100.0, "t = 100")
     },
+    Setting::attitude("h_five_bodies", 20.0, "t = 20"),
+    Setting::attitude("i_ten_bodies", 20.0, "t = 20"),
 ];
 
 impl Setting {

@@ -28,6 +28,8 @@ fn errors_are_proportional_to_the_tolerance() {
         ("e_kw4_like", 86_400.0, 2_500.0),
         ("f_outer_planets", 10_000.0, 10.0),
         ("g_kepler", 10.0, 1.0),
+        ("h_five_bodies", 5.0, 4.0),
+        ("i_ten_bodies", 5.0, 8.0),
     ] {
         let reference = Case::load(case);
         for exponent in [5, 7, 9, 11, 13] {
@@ -291,5 +293,46 @@ fn unsupported_gravity_is_refused() {
             .err()
             .expect("a refusal");
         assert!(matches!(error, MethodError::Parameter { .. }), "{error}");
+    }
+}
+
+/// Coefficients of high order neither overflow nor underflow, whatever the unit of time.
+#[test]
+fn the_unit_of_time_does_not_matter() {
+    let inertia = Inertia::principal([0.3, 0.4, 0.5]).expect("an inertia");
+    let points = [0.1, -0.1].map(|y| PointMass {
+        mass: 0.5,
+        position: Vector3::new(0.0, y, 0.0),
+    });
+    let body = RigidBody::new(1.0, inertia, points.to_vec()).expect("a body");
+    let fly = |power: i32, still: bool| {
+        let rate = 2f64.powi(power);
+        let moving = if still { 0.0 } else { rate };
+        let state = BodyState::from_velocities(
+            &body,
+            Vector3::new(1.0, 0.1, 0.0),
+            moving * Vector3::new(0.1, 0.9, 0.2),
+            lgvi_lie::exp(&Vector3::new(0.1, 0.5, 0.2)),
+            moving * Vector3::new(0.5, -0.3, 0.8),
+        );
+        let gravity: Vec<Box<dyn Gravity>> = vec![Box::new(Central { gm: rate * rate })];
+        let system = System::new(vec![body.clone()], gravity);
+        let h = 0.5 / rate;
+        let made = Simulation::new(system, vec![state], taylor(1e-14), h);
+        let mut simulation = made.expect("a method");
+        simulation.advance(&[Load::default()]).expect("a step");
+        simulation.states()[0]
+    };
+    for still in [false, true] {
+        let known = fly(0, still);
+        for power in [-90, -45, -20, 20, 45, 90] {
+            let found = fly(power, still);
+            let error = (found.position - known.position).norm();
+            let turned = (found.attitude - known.attitude).norm();
+            assert!(
+                error < 1e-14 && turned < 1e-14,
+                "{power}: {error:e}, {turned:e}"
+            );
+        }
     }
 }

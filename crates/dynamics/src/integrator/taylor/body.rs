@@ -153,7 +153,7 @@ impl Body {
         self.rotation.begin(q, Lanes::vector(omega.into()));
     }
 
-    /// Begins at time t of the expansion.
+    /// Begins at time t of the expansion, in its unit.
     #[inline(always)]
     pub(super) fn begin_at<S: Simd>(&mut self, simd: S, t: f64) {
         let [x, v, q, omega] = self.at(simd, t);
@@ -162,7 +162,7 @@ impl Body {
         self.rotation.begin(q, omega);
     }
 
-    /// Position, velocity, quaternion and angular velocity at time t of the expansion.
+    /// Position, velocity, quaternion and angular velocity at time t of the expansion, in its unit.
     #[inline(always)]
     fn at<S: Simd>(&self, simd: S, t: f64) -> [Lanes; 4] {
         let Rotation { q, omega, .. } = &self.rotation;
@@ -175,7 +175,7 @@ impl Body {
         [x.into(), v.into(), q.into(), omega.into()]
     }
 
-    /// Sets `state` to that at time t of the expansion, but leaves the rotation if it is not expanded.
+    /// Sets `state` to that at time t of the expansion, in its unit, but leaves the rotation if it is not expanded.
     #[inline(always)]
     pub(super) fn show<S: Simd>(&self, simd: S, t: f64, state: &mut BodyState) {
         let [x, v, q, omega] = self.at(simd, t);
@@ -193,12 +193,13 @@ impl Body {
         }
     }
 
-    /// Sets coefficient n of the attitude, and coefficient n + 1 of the quaternion.
+    /// Sets coefficient n of the attitude, and coefficient n + 1 of the quaternion. `inverse` is the unit of time divided
+    /// by n + 1.
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize) {
+    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, inverse: f64) {
         self.moment = Lanes::default();
         if self.turns {
-            self.rotation.turn(simd, n);
+            self.rotation.turn(simd, n, inverse);
         }
     }
 
@@ -211,10 +212,10 @@ impl Body {
         }
     }
 
-    /// Sets coefficient n + 1 of position, velocity and angular velocity from coefficient n of the forces.
+    /// Sets coefficient n + 1 of position, velocity and angular velocity from coefficient n of the forces. `inverse` is the
+    /// unit of time divided by n + 1.
     #[inline(always)]
-    pub(super) fn accelerate<S: Simd>(&mut self, simd: S, n: usize, places: &Places) {
-        let inverse = 1.0 / (n + 1) as f64;
+    pub(super) fn accelerate<S: Simd>(&mut self, simd: S, n: usize, inverse: f64, places: &Places) {
         match &self.mobility {
             Mobility::Free => {
                 let mut force = f64x4::splat(simd, 0.0);
@@ -241,7 +242,7 @@ impl Body {
         }
         if self.turns {
             let moment = self.moment(simd, n, places);
-            self.rotation.accelerate(simd, n, moment);
+            self.rotation.accelerate(simd, n, inverse, moment);
         }
     }
 
@@ -271,6 +272,22 @@ impl Body {
             sum = sum + cross(simd, &weight.first_moment, field);
         }
         sum
+    }
+
+    /// The fastest rate, squared, at which velocities change the body's place and attitude, or accelerations its velocities:
+    /// 1 per unit of time if it moves by its distance from the origin or turns by a radian.
+    pub(super) fn rate(&self) -> f64 {
+        let distance = self.position[0].norm_squared() + self.length * self.length;
+        let (v, omega) = (&self.velocity, &self.rotation.omega);
+        let moving = v[0].norm_squared() / distance;
+        let accelerating = (v[1].norm_squared() / distance).sqrt();
+        let turning = omega[0].norm_squared().max(omega[1].norm_squared().sqrt());
+        match (&self.mobility, self.turns) {
+            (Mobility::Free, true) => moving.max(accelerating).max(turning),
+            (Mobility::Free, false) => moving.max(accelerating),
+            (Mobility::Pivoted, true) => turning,
+            _ => 0.0,
+        }
     }
 
     /// The square of the size of coefficient k, the greatest one of position, attitude and velocities that the body's

@@ -306,6 +306,7 @@ impl<'a> Terms<'a> {
         let pairs = self.pairs.chunks(LANES);
         Ok(Series {
             order,
+            unit: 1.0,
             oblates: oblates.collect(),
             pairs: pairs.map(|pairs| Pairs::new(pairs, order)).collect(),
             bodies,

@@ -188,10 +188,12 @@ impl Solution for Taylor {
         }
         self.fresh = false;
         self.begin = self.until;
+        let known = self.time < f64::INFINITY;
+        self.series.set_unit(self.level, known.then_some(self.time));
         self.series.expand(self.level);
         self.work.evaluations += self.series.order as u64;
         let least = 4.0 * f64::EPSILON * self.begin.abs().max(target.abs());
-        if self.time == f64::INFINITY {
+        if !known {
             self.time = self.series.step(self.tolerance, self.time);
         }
         let step = self.series.step(self.tolerance, self.time);

@@ -123,9 +123,10 @@ impl Rotation {
         self.rotated[1][n] = Lanes([z, x, y, 0.0]);
     }
 
-    /// Sets coefficient n of the matrix and coefficient n + 1 of the quaternion, from those up to n.
+    /// Sets coefficient n of the matrix and coefficient n + 1 of the quaternion, from those up to n. `inverse` is the unit
+    /// of time divided by n + 1.
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize) {
+    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, inverse: f64) {
         let (q, omega) = (&self.q[..=n], &self.omega[..=n]);
         let (yzx, zxy) = (&self.rotated[0][..=n], &self.rotated[1][..=n]);
         let zero = f64x4::splat(simd, 0.0);
@@ -139,7 +140,6 @@ impl Rotation {
             });
             matrix.set(n, [w.into(), x.into(), y.into()]);
         }
-        let inverse = 1.0 / (n + 1) as f64;
         if let Some([rate, spin]) = &self.prescribed {
             let [w, x, y, z] = q[n].0;
             let u = Vector3::new(x, y, z);
@@ -167,10 +167,15 @@ impl Rotation {
         ]);
     }
 
-    /// Sets coefficient n + 1 of ω from coefficient n of the moment.
+    /// Sets coefficient n + 1 of ω from coefficient n of the moment. `inverse` is the unit of time divided by n + 1.
     #[inline(always)]
-    pub(super) fn accelerate<S: Simd>(&mut self, simd: S, n: usize, moment: f64x4<S>) {
-        let inverse = 1.0 / (n + 1) as f64;
+    pub(super) fn accelerate<S: Simd>(
+        &mut self,
+        simd: S,
+        n: usize,
+        inverse: f64,
+        moment: f64x4<S>,
+    ) {
         let rate = self.free.load(simd) + moment * self.inverse.load(simd);
         self.set_omega(n + 1, (rate * inverse).into());
     }

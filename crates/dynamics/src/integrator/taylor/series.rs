@@ -14,6 +14,8 @@ use crate::BodyState;
 /// The Taylor coefficients of a system's motion, and of all that its forces depend on.
 pub(super) struct Series {
     pub(super) order: usize,
+    /// Unit of time of the coefficients, a power of two near the step, so that they neither overflow nor underflow.
+    pub(super) unit: f64,
     pub(super) bodies: Vec<Body>,
     pub(super) places: Places,
     pub(super) pairs: Vec<Pairs>,
@@ -22,9 +24,23 @@ pub(super) struct Series {
 }
 
 impl Series {
+    /// Sets the unit of time near `time`. Without one, it follows from the velocities and accelerations at order 0.
+    pub(super) fn set_unit(&mut self, level: Level, time: Option<f64>) {
+        let time = time.unwrap_or_else(|| {
+            self.unit = 1.0;
+            dispatch!(level, simd => expand(simd, self, 1));
+            let rates = self.bodies.iter().map(Body::rate);
+            1.0 / rates.fold(0.0, f64::max).sqrt()
+        });
+        // Without the mantissa.
+        let unit = f64::from_bits(time.to_bits() & f64::INFINITY.to_bits());
+        self.unit = if unit.is_normal() { unit } else { 1.0 };
+    }
+
     /// Computes all coefficients from those of order 0.
     pub(super) fn expand(&mut self, level: Level) {
-        dispatch!(level, simd => expand(simd, self));
+        let order = self.order;
+        dispatch!(level, simd => expand(simd, self, order));
     }
 
     /// The size of the expansion.
@@ -45,11 +61,13 @@ impl Series {
 
     /// Begins the free and pivoted bodies at time t of the expansion.
     pub(super) fn begin_at(&mut self, level: Level, t: f64) {
+        let t = t / self.unit;
         dispatch!(level, simd => begin_at(simd, &mut self.bodies, t));
     }
 
     /// Sets `states` to those at time t of the expansion, but leaves rotations that are not expanded.
     pub(super) fn show(&self, level: Level, t: f64, states: &mut [BodyState]) {
+        let t = t / self.unit;
         dispatch!(level, simd => show(simd, &self.bodies, t, states));
     }
 
@@ -62,27 +80,30 @@ impl Series {
             let largest = sizes.fold(0.0, greater);
             libm::log(tolerance * tolerance / largest) / (2 * k) as f64
         });
-        libm::exp(if before < last || before.is_nan() {
+        let step = if before < last || before.is_nan() {
             before
         } else {
             last
-        })
+        };
+        self.unit * libm::exp(step)
     }
 }
 
 #[inline(always)]
-fn expand<S: Simd>(simd: S, series: &mut Series) {
+fn expand<S: Simd>(simd: S, series: &mut Series, order: usize) {
     let Series {
-        order,
+        unit,
         bodies,
         places,
         pairs,
         oblates,
         multipoles,
+        ..
     } = series;
-    for n in 0..*order {
+    for n in 0..order {
+        let inverse = *unit / (n + 1) as f64;
         for body in bodies.iter_mut() {
-            body.turn(simd, n);
+            body.turn(simd, n, inverse);
         }
         places.force.fill(Lanes::default());
         for (place, at) in places.all.iter().zip(&mut places.at) {
@@ -102,7 +123,7 @@ fn expand<S: Simd>(simd: S, series: &mut Series) {
             multipoles.add_loads(simd, n, places, bodies);
         }
         for body in bodies.iter_mut() {
-            body.accelerate(simd, n, places);
+            body.accelerate(simd, n, inverse, places);
         }
     }
 }

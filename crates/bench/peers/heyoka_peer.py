@@ -191,7 +191,12 @@ class Flight:
 
     def fastest(self, tolerance):
         """Of the forms; the first integrator that is made decides for all."""
-        made = [(form, hy.taylor_adaptive(*equations, tol=tolerance)) for form, equations in self.forms.items()]
+        # Without loops, the code of many full bodies takes too long to compile.
+        loops = "point" not in self.forms and len(self.case["bodies"]) > 2
+        made = [
+            (form, hy.taylor_adaptive(*equations, tol=tolerance, compact_mode=loops))
+            for form, equations in self.forms.items()
+        ]
         best = min(made, key=lambda one: min(self.once(*one, self.case["times"][-1:])[0] for _ in range(3)))
         self.forms = {best[0]: self.forms[best[0]]}
         return best

@@ -13,7 +13,7 @@ use crate::spread::{Spread, short};
 use crate::tables::Table;
 
 /// In pictures and tables; the figures have all of this project's.
-const SHOWN: [&str; 10] = [
+const SHOWN: [&str; 12] = [
     "LGVI",
     "composition 8, discrete rotor",
     "Nyström 4, exact rotor",
@@ -22,7 +22,9 @@ const SHOWN: [&str; 10] = [
     "Galerkin 4",
     "implicit midpoint",
     "Runge–Kutta 4",
+    "Wisdom–Holman (10, 6, 4)",
     "Dormand–Prince 8(5,3)",
+    "Taylor",
     "closed form",
 ];
 

@@ -67,19 +67,21 @@ impl<'a> Terms<'a> {
 
     /// Adds all interactions of a gravity model in full.
     fn add_all(&mut self, form: &Form) -> Result<(), MethodError> {
-        let given = |body: usize| self.all[body].mobility().is_given();
-        let count = self.all.len();
-        let mut pairs = Vec::new();
-        for body in 0..count {
-            if !matches!(form, Form::Mutual { .. }) {
-                pairs.push([body, body]);
-                continue;
+        let mutual = matches!(form, Form::Mutual { .. });
+        for body in 0..self.all.len() {
+            let others = if mutual {
+                body + 1..self.all.len()
+            } else {
+                body..body + 1
+            };
+            for other in others {
+                let mut both = [body, other].into_iter();
+                if !both.all(|body| self.all[body].mobility().is_given()) {
+                    self.add(form, [body, other], Level::Full)?;
+                }
             }
-            pairs.extend((body + 1..count).map(|other| [body, other]));
         }
-        pairs.retain(|[body, other]| !(given(*body) && given(*other)));
-        let mut pairs = pairs.into_iter();
-        pairs.try_for_each(|pair| self.add(form, pair, Level::Full))
+        Ok(())
     }
 
     /// Adds the interaction of a body with another one, or with the source if both indices are the same.

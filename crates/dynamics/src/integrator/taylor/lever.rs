@@ -7,6 +7,9 @@ use nalgebra::Vector3;
 use super::jet::{self, Jet, Lanes, convolve, cross, jet};
 use super::rotation::Matrix;
 
+/// Distance from a line, relative to that from the origin, that is due to rounding.
+const ROUNDING: f64 = 4.0 * f64::EPSILON;
+
 /// The first moments of the forces on the points of a body, whose product with the attitude is the moment.
 pub(super) enum Lever {
     /// The points are on a line along this axis of the body: `B = Σ s f`, `M = a × Rᵀ B`.
@@ -27,8 +30,8 @@ impl Lever {
             .zip(lengths)
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
         let axis = longest.try_normalize(0.0)?;
-        let mut crosses = points.map(|point| point.cross(&axis));
-        Some(if crosses.all(|cross| cross == Vector3::zeros()) {
+        let aside = |point: &Vector3<f64>| point.cross(&axis).norm() > ROUNDING * point.norm();
+        Some(if !points.clone().any(aside) {
             Self::Line {
                 axis,
                 b: jet(order),
@@ -109,14 +112,9 @@ impl Lever {
                         sum[1] = sum[1] + a_rotated[j].load(simd) * r[k].load(simd);
                     });
                 }
-                rotated_back(simd, sum[0] - sum[1])
+                // a × b from a (b_y, b_z, b_x) − (a_y, a_z, a_x) b
+                jet::rotated(simd, sum[0] - sum[1])
             }
         }
     }
-}
-
-/// `a × b` from `a (b_y, b_z, b_x) − (a_y, a_z, a_x) b`.
-#[inline(always)]
-pub(super) fn rotated_back<S: Simd>(simd: S, cross: f64x4<S>) -> f64x4<S> {
-    jet::rotated(simd, cross)
 }

@@ -37,7 +37,7 @@ use flight::Batch;
 pub enum Width {
     /// One system.
     One,
-    /// Eight systems: an AVX-512 register, or two AVX2 registers.
+    /// Eight systems: an AVX-512 register, or two AVX2 registers. On x86-64 without AVX2, two at a time.
     #[default]
     Eight,
 }

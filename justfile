@@ -4,7 +4,7 @@
 bench := "--manifest-path crates/bench/Cargo.toml"
 
 # All that is optional is checked too.
-all := "--features lgvi_middleware/zenoh,lgvi_tests/zenoh,lgvi_middleware/security,lgvi_tests/security"
+all := "--features lgvi_tests/zenoh,lgvi_tests/security"
 
 default:
     @just --list

@@ -91,4 +91,16 @@ impl<'a> Batch<'a> {
             states: all,
         })
     }
+
+    /// Batches of at most `count` of the members.
+    #[cfg(target_arch = "x86_64")]
+    pub(super) fn parts(&self, count: usize) -> impl Iterator<Item = Self> {
+        let parts = self.members.chunks(count).zip(self.states.chunks(count));
+        parts.map(|(members, states)| Self {
+            flight: self.flight,
+            layout: self.layout.clone(),
+            members,
+            states: states.to_vec(),
+        })
+    }
 }

@@ -25,7 +25,9 @@ mod rescue;
 pub use fit::{Unfit, fit};
 pub use flight::{Flight, Member, Outcome, Thrust};
 
-use fearless_simd::{Level, Simd, dispatch, f64x8};
+#[cfg(target_arch = "x86_64")]
+use fearless_simd::f64x2;
+use fearless_simd::{Level, Simd, f64x8};
 
 use crate::MethodError;
 use flight::Batch;
@@ -35,7 +37,7 @@ use flight::Batch;
 pub enum Width {
     /// One system.
     One,
-    /// Eight systems: an AVX-512 register, or two AVX2 registers.
+    /// Eight systems: an AVX-512 register, or two AVX2 registers. On x86-64 without AVX2, two at a time.
     #[default]
     Eight,
 }
@@ -93,15 +95,43 @@ pub fn fly(
         let level = instructions.level();
         match width {
             Width::One => kernel::fly::<f64>((), &batch, &mut outcomes),
-            Width::Eight => dispatch!(level, simd => eight(simd, &batch, &mut outcomes)),
+            Width::Eight => eight(level, &batch, &mut outcomes),
         }
     }
     Ok(outcomes)
 }
 
-#[inline(always)]
-fn eight<S: Simd>(simd: S, batch: &Batch, outcomes: &mut Vec<Outcome>) {
-    kernel::fly::<f64x8<S>>(simd, batch, outcomes);
+/// Integrates up to eight systems. Older machines have registers for two of them.
+#[cfg(target_arch = "x86_64")]
+fn eight(level: Level, batch: &Batch, outcomes: &mut Vec<Outcome>) {
+    match level {
+        Level::Avx512(simd) => side_by_side(simd, batch, outcomes),
+        Level::Avx2(simd) => side_by_side(simd, batch, outcomes),
+        older => match older.as_sse2() {
+            Some(simd) => batch.parts(2).for_each(|pair| {
+                simd.vectorize(
+                    #[inline(always)]
+                    || kernel::fly::<f64x2<_>>(simd, &pair, outcomes),
+                );
+            }),
+            None => batch
+                .parts(1)
+                .for_each(|one| kernel::fly::<f64>((), &one, outcomes)),
+        },
+    }
+}
+
+/// Integrates up to eight systems.
+#[cfg(not(target_arch = "x86_64"))]
+fn eight(level: Level, batch: &Batch, outcomes: &mut Vec<Outcome>) {
+    fearless_simd::dispatch!(level, simd => side_by_side(simd, batch, outcomes));
+}
+
+fn side_by_side<S: Simd>(simd: S, batch: &Batch, outcomes: &mut Vec<Outcome>) {
+    simd.vectorize(
+        #[inline(always)]
+        || kernel::fly::<f64x8<S>>(simd, batch, outcomes),
+    );
 }
 
 /// Reasons why a flight cannot be made.

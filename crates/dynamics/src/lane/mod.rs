@@ -12,6 +12,35 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use fearless_simd::prelude::*;
 use fearless_simd::{f64x2, f64x8};
 
+/// Evaluates an expression with the instructions of a [`Level`](fearless_simd::Level): on x86-64 with AVX2 or SSE2 only,
+/// because each further set is compiled once more.
+#[cfg(target_arch = "x86_64")]
+macro_rules! vectorize {
+    ($level:expr, $simd:ident => $run:expr) => {{
+        let level: fearless_simd::Level = $level;
+        match (level.as_avx2(), level.as_sse2()) {
+            (Some($simd), _) => $simd.vectorize(
+                #[inline(always)]
+                || $run,
+            ),
+            (None, Some($simd)) => $simd.vectorize(
+                #[inline(always)]
+                || $run,
+            ),
+            (None, None) => unreachable!("every x86-64 processor has SSE2"),
+        }
+    }};
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+macro_rules! vectorize {
+    ($level:expr, $simd:ident => $run:expr) => {
+        fearless_simd::dispatch!($level, $simd => $run)
+    };
+}
+
+pub(crate) use vectorize;
+
 /// Values of several systems, one per lane, with arithmetic on all of them at once.
 ///
 /// Each operation rounds as on a single number, and none is fused. So the result in a lane depends neither on the

@@ -1,10 +1,10 @@
-use fearless_simd::{Level, Simd, dispatch, f64x2};
+use fearless_simd::{Level, Simd, f64x2};
 use nalgebra::Vector3;
 
 use super::couple::{Couple, swapped};
 use super::{Exchange, PointMass};
 use crate::BodyState;
-use crate::lane::{Vector, attraction};
+use crate::lane::{Vector, attraction, vectorize};
 
 /// The exchange of two bodies of points, summed over all pairs of points: `U = −Σ_{p,q} m_p m_q / |x_i + R_i ρ_p − x_j
 /// − R_j ρ_q|` (§3.4).
@@ -21,13 +21,13 @@ pub(super) fn exchange(
     {
         let own = Couple::new(p, own.first(), r);
         let theirs = Couple::new(q, theirs.first(), s);
-        dispatch!(Level::baseline(), simd => between(simd, [&[own], &[theirs]], states))
+        vectorize!(Level::baseline(), simd => between(simd, [&[own], &[theirs]], states))
     } else {
         couples.clear();
         couples.extend(Couple::of(points, r));
         couples.extend(Couple::of(others, s));
         let (own, theirs) = couples.split_at(points.len().div_ceil(2));
-        dispatch!(Level::baseline(), simd => between(simd, [own, theirs], states))
+        vectorize!(Level::baseline(), simd => between(simd, [own, theirs], states))
     }
 }
 

@@ -1,6 +1,6 @@
 //! The Taylor series of a system's motion.
 
-use fearless_simd::{Level, Simd, dispatch};
+use fearless_simd::{Level, Simd};
 
 use super::ExpansionSize;
 use super::body::{Body, greater};
@@ -10,6 +10,7 @@ use super::oblate::Oblate;
 use super::places::{Place, Places};
 use super::points::Pairs;
 use crate::BodyState;
+use crate::lane::vectorize;
 
 /// The Taylor coefficients of a system's motion, and of all that its forces depend on.
 pub(super) struct Series {
@@ -28,7 +29,7 @@ impl Series {
     pub(super) fn set_unit(&mut self, level: Level, time: Option<f64>) {
         let time = time.unwrap_or_else(|| {
             self.unit = 1.0;
-            dispatch!(level, simd => expand(simd, self, 1));
+            self.expand_to(level, 1);
             let rates = self.bodies.iter().map(Body::rate);
             1.0 / rates.fold(0.0, f64::max).sqrt()
         });
@@ -39,8 +40,11 @@ impl Series {
 
     /// Computes all coefficients from those of order 0.
     pub(super) fn expand(&mut self, level: Level) {
-        let order = self.order;
-        dispatch!(level, simd => expand(simd, self, order));
+        self.expand_to(level, self.order);
+    }
+
+    fn expand_to(&mut self, level: Level, order: usize) {
+        vectorize!(level, simd => expand(simd, self, order));
     }
 
     /// The size of the expansion.
@@ -62,13 +66,13 @@ impl Series {
     /// Begins the free and pivoted bodies at time t of the expansion.
     pub(super) fn begin_at(&mut self, level: Level, t: f64) {
         let t = t / self.unit;
-        dispatch!(level, simd => begin_at(simd, &mut self.bodies, t));
+        vectorize!(level, simd => begin_at(simd, &mut self.bodies, t));
     }
 
     /// Sets `states` to those at time t of the expansion, but leaves rotations that are not expanded.
     pub(super) fn show(&self, level: Level, t: f64, states: &mut [BodyState]) {
         let t = t / self.unit;
-        dispatch!(level, simd => show(simd, &self.bodies, t, states));
+        vectorize!(level, simd => show(simd, &self.bodies, t, states));
     }
 
     /// The step in which the last two terms are at most `tolerance`, infinity if nothing moves, or NaN if the

@@ -75,8 +75,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             } else {
                 policy.state.tr_mul(&z)
             };
-            let dynamics = &model.dynamics[k];
-            z = dynamics.a * z + dynamics.b * v;
+            z = model.dynamics[k].forward(&model.inputs, &z, &v);
             direction.commands[k] = v;
             direction.states[k + 1] = z;
         }

@@ -30,6 +30,21 @@ pub(crate) struct Tolerances {
     pub(crate) near: f64,
     /// Maximum number of Newton steps.
     pub(crate) iterations: u32,
+    /// True if the step of the last model is taken although the tolerances are met.
+    pub(crate) beyond: bool,
+}
+
+/// How close an initial guess is to the solution.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Closeness {
+    /// A path without multipliers.
+    Rough,
+    /// The solution of another problem.
+    Far,
+    /// The solution at another resolution.
+    Near,
+    /// So close that the gains of the first model are usually those of the solution.
+    Close,
 }
 
 /// Current state of an iteration.
@@ -113,14 +128,13 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// Iterates until `tolerances` are met. With a `rough` initial guess, which has no multipliers, the first step is a
-    /// damped Gauss–Newton step.
+    /// Iterates until `tolerances` are met. From a rough guess, the first step is a damped Gauss–Newton step.
     pub(crate) fn run<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         tolerances: &Tolerances,
-        rough: bool,
+        guess: Closeness,
         standing: &mut Standing,
         mut observe: impl FnMut(&Standing) -> bool,
     ) -> Ended
@@ -131,11 +145,15 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     {
         let begun = standing.iteration;
         let last = begun + tolerances.iterations;
+        let rough = guess == Closeness::Rough;
+        // Near a solution the steps hardly depend on the augmentation, and the least one often turns out to be too little
+        // only after most of the sweep.
+        let near = matches!(guess, Closeness::Near | Closeness::Close);
         let mut settings = ModelSettings {
             curvature: if rough { 0.0 } else { 1.0 },
-            augmentation: AUGMENTATIONS[0],
+            augmentation: AUGMENTATIONS[usize::from(near)],
             damping: if rough { BEGIN } else { 0.0 },
-            gains: begun == 0 && !rough,
+            gains: guess == Closeness::Close,
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
@@ -170,7 +188,14 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             let meets = standing.violation <= tolerances.violation;
             let stationary = standing.stationarity <= tolerances.stationarity;
             match inequalities.satisfied() {
-                Satisfied::Yes if meets && stationary => return Ended::Converged,
+                Satisfied::Yes if meets && stationary => {
+                    if tolerances.beyond {
+                        self.direction
+                            .solve(&self.model, nu, &SVector::zeros(), inequalities);
+                        self.search(problem, inequalities, standing);
+                    }
+                    return Ended::Converged;
+                }
                 Satisfied::ToRounding if meets => return Ended::Converged,
                 Satisfied::Never => return Ended::Infeasible,
                 // The commands do not change these conditions to first order.

@@ -3,8 +3,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::conditions::{Ending, Inequalities};
 use super::problem::{Iterate, Problem};
-use crate::discrete::{Curvature, DiscreteDynamics, Linearization};
-use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
+use crate::discrete::{Curvature, DiscreteDynamics, Inputs, Linearization};
+use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, Stage, StageModel};
 
 /// Settings of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,8 +21,10 @@ pub(crate) struct ModelSettings {
 
 /// The linear-quadratic model of all stages about an iterate, and its solution.
 pub(crate) struct Model<const X: usize, const U: usize> {
-    /// `A_k`, `B_k`
-    pub(crate) dynamics: Vec<Linearization<X, U>>,
+    /// `A_k`
+    pub(crate) dynamics: Vec<Linearization>,
+    /// The effects of the commands.
+    pub(crate) inputs: Inputs<U>,
     /// `d_k`: the difference between `s_{k+1}` and the result of the step from `s_k`.
     pub(crate) defects: Vec<SVector<f64, X>>,
     /// `λ_k` for the iterate's ν: the multiplier equation (4.26), solved backward.
@@ -60,12 +62,9 @@ pub(crate) enum ModelError {
 
 impl<const X: usize, const U: usize> Model<X, U> {
     pub(crate) fn new(intervals: usize) -> Self {
-        let linearization = Linearization {
-            a: SMatrix::zeros(),
-            b: SMatrix::zeros(),
-        };
         Self {
-            dynamics: vec![linearization; intervals],
+            dynamics: vec![Linearization::default(); intervals],
+            inputs: Inputs::none(),
             defects: vec![SVector::zeros(); intervals],
             costates: vec![SVector::zeros(); intervals],
             policies: vec![Policy::zeros(); intervals],
@@ -81,16 +80,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             }),
             stationarity: f64::INFINITY,
             largest: 0.0,
-            stage: StageModel {
-                hessian: Curvature {
-                    state: SMatrix::zeros(),
-                    mixed: SMatrix::zeros(),
-                    command: SMatrix::zeros(),
-                },
-                state_gradient: SVector::zeros(),
-                command_gradient: SVector::zeros(),
-                defect: SVector::zeros(),
-            },
+            stage: StageModel::zeros(),
         }
     }
 
@@ -113,6 +103,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         Q: Inequalities<X, U>,
     {
         let steps = problem.steps;
+        self.inputs = steps.inputs();
         let curvature = settings.curvature;
         let last = problem.intervals;
         let end = &iterate.states[last];
@@ -137,22 +128,25 @@ impl<const X: usize, const U: usize> Model<X, U> {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
             let dynamics = &mut self.dynamics[k];
             let next = if curvature > 0.0 {
-                steps.expand(k, state, command, &costate, dynamics, &mut stage.hessian)
+                steps.expand(k, state, command, &costate, dynamics, &mut stage.curvature)
             } else {
-                stage.hessian.state.fill(0.0);
-                stage.hessian.mixed.fill(0.0);
-                stage.hessian.command.fill(0.0);
+                stage.curvature = Curvature::default();
                 steps.linearize(k, state, command, dynamics)
             }
             .map_err(|source| ModelError::Step { step: k, source })?;
             stage.defect = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             stage.command_gradient = weight * command;
-            stage.state_gradient.fill(0.0);
+            stage.command = weight;
+            stage.state = SMatrix::zeros();
+            stage.mixed = SMatrix::zeros();
+            stage.state_gradient = SVector::zeros();
 
+            let by_command;
+            (costate, by_command) = dynamics.backward(&self.inputs, &costate);
             let terms = [
                 stage.command_gradient,
-                dynamics.b.tr_mul(&costate),
+                by_command,
                 inequalities.command_force(k, command),
             ];
             let residual = terms[0] + terms[1] + terms[2];
@@ -162,45 +156,37 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 .iter()
                 .fold(self.largest, |most, term| most.max(size(term)));
 
-            if curvature > 0.0 {
-                if curvature < 1.0 {
-                    stage.hessian.state *= curvature;
-                    stage.hessian.mixed *= curvature;
-                    stage.hessian.command *= curvature;
-                }
-                if let Some(body_frame) = problem.body_frame {
-                    let Curvature { state, mixed, .. } = &mut stage.hessian;
-                    body_frame.curve(&residual, command, state, mixed);
-                }
+            if curvature > 0.0
+                && let Some(body_frame) = problem.body_frame
+            {
+                body_frame.curve(&residual, command, &mut stage.state, &mut stage.mixed);
             }
-            stage.hessian.command += weight;
             if settings.damping > 0.0 {
-                stage.hessian.command += settings.damping * weight;
+                stage.command += settings.damping * weight;
                 for (i, metric) in problem.metric.iter().enumerate() {
-                    stage.hessian.state[(i, i)] += settings.damping * problem.h * metric;
+                    stage.state[(i, i)] += settings.damping * problem.h * metric;
                 }
             }
-            inequalities.add_command(
-                k,
-                command,
-                &mut stage.hessian.command,
-                &mut stage.command_gradient,
-            );
-            costate = dynamics.a.tr_mul(&costate);
+            inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
             if k > 0 {
                 inequalities.add_state(
                     k - 1,
                     state,
                     curvature,
-                    &mut stage.hessian.state,
+                    &mut stage.state,
                     &mut stage.state_gradient,
                 );
                 costate += inequalities.state_force(k - 1, state);
             }
-            cost.sweep(stage, dynamics, &mut self.policies[k])
+            let whole = Stage {
+                model: stage,
+                step: dynamics,
+                inputs: &self.inputs,
+            };
+            cost.sweep(whole, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
             if let (true, Some(gain)) = (settings.gains, self.gains.get_mut(k)) {
-                *gain = cost.gain(&self.policies[k], &softness);
+                cost.gain(&self.policies[k], &softness, gain);
             }
             self.defects[k] = stage.defect;
         }
@@ -241,11 +227,18 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 .map_err(|source| ModelError::Step { step: k, source })?;
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
-            let residual = weight * command + dynamics.b.tr_mul(&costate);
+            let (before, by_command) = dynamics.backward(&self.inputs, &costate);
+            let residual = weight * command + by_command;
             let size = problem.command_units.component_mul(&residual).amax();
             self.stationarity = self.stationarity.max(size);
-            costate = dynamics.a.tr_mul(&costate);
-            self.policies[k].follow(&residual, dynamics, &mut gradient, &mut offset);
+            costate = before;
+            self.policies[k].follow(
+                &residual,
+                dynamics,
+                &self.inputs,
+                &mut gradient,
+                &mut offset,
+            );
         }
         self.start.correction(&offset).ok_or(ModelError::Dependent)
     }

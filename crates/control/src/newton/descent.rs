@@ -18,7 +18,7 @@ const POLICIES: ModelSettings = ModelSettings {
     curvature: 0.0,
     augmentation: 10.0,
     damping: 0.0,
-    gains: false,
+    gains: None,
 };
 /// Trial lengths, as powers of two times the length at which the direction alone costs as much as the plan.
 const LENGTHS: std::ops::RangeInclusive<i32> = -10..=3;

@@ -11,6 +11,8 @@ pub(crate) struct Newton<const X: usize, const U: usize> {
     pub(crate) model: Model<X, U>,
     /// The error at the point where the model was made, if the model is exact and has gains; otherwise infinite.
     pub(crate) solved_at: f64,
+    /// True if the model's first derivatives, costates and errors are those of the current iterate.
+    pub(crate) followed: bool,
     pub(super) direction: Direction<X, U>,
     pub(super) weights: Weights<X>,
     /// The current iterate.
@@ -41,10 +43,8 @@ pub(crate) enum Closeness {
     Rough,
     /// The solution of another problem.
     Far,
-    /// The solution at another resolution.
+    /// The solution at another resolution, or of a similar problem.
     Near,
-    /// So close that the gains of the first model are usually those of the solution.
-    Close,
 }
 
 /// Current state of an iteration.
@@ -109,14 +109,20 @@ const RAISE: f64 = 8.0;
 const LOWER: f64 = 4.0;
 /// A step between stationary iterates must reduce the violation at least by this factor.
 const LEFT: f64 = 0.99;
+/// Relative error below which the next step changes gains and condition by one percent at most, which is less than the
+/// accuracy that feedback needs. Convexity with the margin of the pivots survives these steps.
+pub(crate) const REUSED: f64 = 2e-3;
+/// Stationarity of the later stages above which the whole is not expected to be below [`REUSED`].
+const WORTHLESS: f64 = 2.0 * REUSED;
 /// Stationarity below which a model may be reused after a full step.
-const CLOSE: f64 = 2e-3;
+const CLOSE: f64 = REUSED;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
         Self {
             model: Model::new(intervals),
             solved_at: f64::INFINITY,
+            followed: false,
             direction: Direction::new(intervals),
             weights: Weights {
                 defects: SVector::zeros(),
@@ -148,18 +154,19 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let rough = guess == Closeness::Rough;
         // Near a solution the steps hardly depend on the augmentation, and the least one often turns out to be too little
         // only after most of the sweep.
-        let near = matches!(guess, Closeness::Near | Closeness::Close);
+        let near = guess == Closeness::Near;
         let mut settings = ModelSettings {
             curvature: if rough { 0.0 } else { 1.0 },
             augmentation: AUGMENTATIONS[usize::from(near)],
             damping: if rough { BEGIN } else { 0.0 },
-            gains: guess == Closeness::Close,
+            gains: (!rough).then_some(WORTHLESS),
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
         // Violation of the last stationary iterate with the same barrier parameter.
         let mut left = f64::INFINITY;
         let mut tightened = false;
+        self.followed = false;
         loop {
             if let Err(error) = self.model_convex(problem, inequalities, &mut settings) {
                 return Ended::Failed(error);
@@ -173,7 +180,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             };
             self.measure(problem, standing);
             let exact = settings.curvature == 1.0 && settings.damping == 0.0;
-            self.solved_at = if exact && settings.gains {
+            self.solved_at = if exact && self.model.has_gains {
                 standing.violation.max(standing.stationarity)
             } else {
                 f64::INFINITY
@@ -238,8 +245,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     }
                 }
                 settings.curvature = 1.0;
-                // Gains of a level's first model are of no use: it is made far from the solution.
-                settings.gains = true;
+                settings.gains = Some(WORTHLESS);
                 if standing.length < 1.0 {
                     settings.damping = (settings.damping * RAISE).max(DAMPINGS[0]);
                 } else {

@@ -15,8 +15,8 @@ pub(crate) struct ModelSettings {
     pub(crate) augmentation: f64,
     /// Damping of the variations, in multiples of the problem's metric.
     pub(crate) damping: f64,
-    /// True if gains are computed, provided that room for them was allocated.
-    pub(crate) gains: bool,
+    /// The stationarity up to which gains are of use, if they are computed. There must be room for them.
+    pub(crate) gains: Option<f64>,
 }
 
 /// The linear-quadratic model of all stages about an iterate, and its solution.
@@ -39,6 +39,8 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) augmentation: SVector<f64, X>,
     /// Gains of the neighboring extremals (see [`CostToGo::gain`]); empty if they are not wanted.
     pub(crate) gains: Vec<SMatrix<f64, U, X>>,
+    /// True if the gains are those of the last model.
+    pub(crate) has_gains: bool,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
     /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`, in [`Problem::command_units`].
@@ -69,6 +71,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             costates: vec![SVector::zeros(); intervals],
             policies: vec![Policy::zeros(); intervals],
             gains: Vec::new(),
+            has_gains: false,
             miss: SVector::zeros(),
             strictness: SVector::repeat(1.0),
             augmentation: SVector::zeros(),
@@ -120,6 +123,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
 
+        self.has_gains = settings.gains.is_some() && !self.gains.is_empty();
         self.stationarity = 0.0;
         self.largest = 0.0;
         let weight = problem.h * problem.weight;
@@ -185,7 +189,13 @@ impl<const X: usize, const U: usize> Model<X, U> {
             };
             cost.sweep(whole, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
-            if let (true, Some(gain)) = (settings.gains, self.gains.get_mut(k)) {
+            if settings
+                .gains
+                .is_some_and(|bound| self.stationarity > bound * self.largest)
+            {
+                self.has_gains = false;
+            }
+            if let (true, Some(gain)) = (self.has_gains, self.gains.get_mut(k)) {
                 cost.gain(&self.policies[k], &softness, gain);
             }
             self.defects[k] = stage.defect;

@@ -77,6 +77,18 @@ pub(super) fn add<S: Simd, const V: usize>(
     }
 }
 
+/// `sum −= factor · part`
+#[inline(always)]
+pub(super) fn take<S: Simd, const V: usize>(
+    sum: &mut Column<S, V>,
+    factor: f64,
+    part: &Column<S, V>,
+) {
+    for (sum, part) in sum.iter_mut().zip(part) {
+        *sum -= *part * factor;
+    }
+}
+
 /// `sum += part`
 #[inline(always)]
 pub(super) fn plus<S: Simd, const V: usize>(sum: &mut Column<S, V>, part: &Column<S, V>) {

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, dispatch, f64x4};
 use nalgebra::{SMatrix, SVector};
 
-use super::columns::{Column, add, entry, load, load_all, scaled, store, transposed};
+use super::columns::{Column, add, entry, load, load_all, scaled, store, take, transposed};
 use super::{CostToGo, PIVOT, Policy};
 
 impl<const X: usize> CostToGo<X> {
@@ -74,6 +74,7 @@ impl<const X: usize> CostToGo<X> {
             *four = *four * f64x4::simd_from(simd, others) + f64x4::simd_from(simd, own);
         }
         let mut reciprocals = [0.0; X];
+        let mut lower = [[0.0; X]; X];
         for j in 0..X {
             let pivot = entry(&factor[j], j);
             // The negated comparison also rejects NaN.
@@ -82,12 +83,9 @@ impl<const X: usize> CostToGo<X> {
             }
             reciprocals[j] = pivot.recip();
             let column = factor[j];
-            factor[j] = scaled(column, reciprocals[j]);
+            store(&scaled(column, reciprocals[j]), &mut lower[j]);
             for c in j + 1..X {
-                let weight = entry(&factor[j], c);
-                for v in c / 4..V {
-                    factor[c][v] -= column[v] * weight;
-                }
+                take(&mut factor[c], lower[j][c], &column);
             }
         }
         let conditions: [Column<S, V>; U] = load_all(simd, &policy.conditions.data.0);
@@ -95,14 +93,14 @@ impl<const X: usize> CostToGo<X> {
         for i in 0..X {
             let mut sum = scaled(response[i], -scale[i]);
             for k in 0..i {
-                add(&mut sum, -entry(&factor[k], i), &response[k]);
+                take(&mut sum, lower[k][i], &response[k]);
             }
             response[i] = sum;
         }
         for i in (0..X).rev() {
             let mut sum = scaled(response[i], reciprocals[i]);
             for k in i + 1..X {
-                add(&mut sum, -entry(&factor[i], k), &response[k]);
+                take(&mut sum, lower[i][k], &response[k]);
             }
             response[i] = sum;
         }

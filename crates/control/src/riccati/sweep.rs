@@ -4,8 +4,8 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::columns::{
-    Column, add, before_drift, before_kick, entry, load, load_all, plus, scaled, store, transposed,
-    zero,
+    Column, add, before_drift, before_kick, entry, load, load_all, plus, scaled, store, take,
+    transposed, zero,
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
 use crate::discrete::linear::{Blocks, KickInputs, TurnCurvature, groups, momentum, pose};
@@ -87,11 +87,12 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
             add(&mut gradient, model.defect[c], &hessian[c]);
             add(&mut offset, model.defect[c], &border[c]);
         }
+        store(&gradient, &mut cost.gradient.data.0[0]);
         store(&offset, &mut cost.offset.data.0[0]);
         let last = last_row(simd, U);
         let mut mixed = [zero(simd); X];
         for (c, mixed) in mixed.iter_mut().enumerate() {
-            *mixed = scaled(last, entry(&gradient, c));
+            *mixed = scaled(last, cost.gradient[c]);
         }
         let mut command = load_all(simd, &model.command.data.0);
         for (u, command) in command.iter_mut().enumerate() {
@@ -142,9 +143,10 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
         for i in 0..groups(X) {
             for r in 0..3 {
                 let row = load(self.simd, &kick.rows[i][r]);
-                for u in 0..U {
-                    let factor = entry(&self.mixed[momentum(i) + r], u);
-                    add(&mut self.command[u], factor, &row);
+                let mut factors = [0.0; U];
+                store(&self.mixed[momentum(i) + r], &mut factors);
+                for (command, factor) in self.command.iter_mut().zip(factors) {
+                    add(command, factor, &row);
                 }
             }
         }
@@ -232,12 +234,11 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
         let mut by_conditions = self.by_conditions;
         for i in 1..U {
             for k in 0..i {
-                let weight = -factor[k][i];
-                let (above, below) = by_state.split_at_mut(i);
-                add(&mut below[0], weight, &above[k]);
-                let (above, below) = by_conditions.split_at_mut(i);
-                add(&mut below[0], weight, &above[k]);
-                constant[i] += weight * constant[k];
+                let above = by_state[k];
+                take(&mut by_state[i], factor[k][i], &above);
+                let above = by_conditions[k];
+                take(&mut by_conditions[i], factor[k][i], &above);
+                constant[i] -= factor[k][i] * constant[k];
             }
         }
         let mut state = by_state;
@@ -251,14 +252,17 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
             add(&mut gradient, share, &by_state[u]);
             add(&mut offset, share, &by_conditions[u]);
             constant[u] = share;
+            store(&state[u], &mut policy.state.data.0[u]);
+            store(&conditions[u], &mut policy.conditions.data.0[u]);
         }
         for c in 0..X {
             let mut gram: Column<S, V> = load(simd, &cost.gram.data.0[c]);
             for u in 0..U {
-                let (by_state_c, by_condition_c) = (entry(&state[u], c), entry(&conditions[u], c));
-                add(&mut self.hessian[c], by_state_c, &by_state[u]);
-                add(&mut self.border[c], by_state_c, &by_conditions[u]);
-                add(&mut gram, by_condition_c, &by_conditions[u]);
+                let by_coordinate = policy.state.data.0[u][c];
+                add(&mut self.hessian[c], by_coordinate, &by_state[u]);
+                add(&mut self.border[c], by_coordinate, &by_conditions[u]);
+                let by_condition = policy.conditions.data.0[u][c];
+                add(&mut gram, by_condition, &by_conditions[u]);
             }
             store(&gram, &mut cost.gram.data.0[c]);
             store(&self.hessian[c], &mut cost.hessian.data.0[c]);
@@ -271,12 +275,11 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
 
         for i in (0..U).rev() {
             for k in i + 1..U {
-                let weight = -factor[i][k];
-                let (above, below) = state.split_at_mut(k);
-                add(&mut above[i], weight, &below[0]);
-                let (above, below) = conditions.split_at_mut(k);
-                add(&mut above[i], weight, &below[0]);
-                constant[i] += weight * constant[k];
+                let below = state[k];
+                take(&mut state[i], factor[i][k], &below);
+                let below = conditions[k];
+                take(&mut conditions[i], factor[i][k], &below);
+                constant[i] -= factor[i][k] * constant[k];
             }
             store(&state[i], &mut policy.state.data.0[i]);
             store(&conditions[i], &mut policy.conditions.data.0[i]);

@@ -237,11 +237,7 @@ impl<'s, C> Solver<'s, C> {
             } else {
                 Phase::Fine
             };
-            let closeness = match coarser {
-                Some(_) => Closeness::Close,
-                None => Closeness::Near,
-            };
-            match self.level(&problem, iterate, closeness, phase) {
+            match self.level(&problem, iterate, Closeness::Near, phase) {
                 Ok(finer) => coarser = Some(std::mem::replace(&mut newton, finer).iterate),
                 Err((ended, finer)) if self.goes_on(ended, &finer) => {
                     newton = *finer;

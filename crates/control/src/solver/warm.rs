@@ -23,7 +23,7 @@ impl<C> Solver<'_, C> {
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
         self.corrected(&problem, plan, &mut iterate);
-        Ok(self.level(&problem, iterate, Closeness::Close, Phase::Fine))
+        Ok(self.level(&problem, iterate, Closeness::Near, Phase::Fine))
     }
 
     /// A plan as an iterate, resampled to the transfer's intervals.

@@ -14,7 +14,7 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::discrete::{Coordinates, Full, Inputs, Linearization, RotationDrift};
+use crate::discrete::{Coordinates, Full, Inputs, Linearization};
 use crate::problem::Dynamics;
 use crate::{Plan, Transfer, TransferError};
 
@@ -110,7 +110,7 @@ fn drifted(
         .map_err(|source| ProcessingError::Unsolvable { which, source })?;
     let drift = Linearization {
         glide: Some(h / body.mass()),
-        turn: turn.as_ref().map(RotationDrift::gradient),
+        turn: turn.map(|turn| turn.gradient(body)),
         ..Linearization::default()
     };
     let none = Inputs::<6>::none();

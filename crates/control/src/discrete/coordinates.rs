@@ -61,10 +61,12 @@ pub(crate) struct Full;
 impl Coordinates<2> for Full {
     const GLIDES: bool = true;
 
+    #[inline(always)]
     fn at(&self, _k: usize, state: &BodyState) -> BodyState {
         *state
     }
 
+    #[inline(always)]
     fn drift(
         &self,
         _k: usize,

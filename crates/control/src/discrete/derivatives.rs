@@ -19,7 +19,7 @@ pub(super) struct Drifted {
 }
 
 impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, U> {
-    #[inline]
+    #[inline(always)]
     pub(super) fn drifted(
         &self,
         k: usize,
@@ -39,7 +39,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             .before
             .map(|tau| self.kick_gradient(tau, &drifted.begun));
         into.glide = self.glide();
-        into.turn = drifted.turn.as_ref().map(RotationDrift::gradient);
+        into.turn = drifted.turn.as_ref().map(|turn| turn.gradient(self.body()));
         into.after = self.kick_gradient(self.after, &drifted.state);
     }
 
@@ -61,7 +61,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             .map(|(drift, turn)| {
                 let last = 6 * (N - 1);
                 let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
-                drift.curvature(&turn.pose_by_momentum, &part(last), &part(last + 3))
+                drift.curvature(self.body(), turn, &part(last), &part(last + 3))
             });
         into.before = self
             .before

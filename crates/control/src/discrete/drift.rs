@@ -2,7 +2,7 @@
 //!
 //! A variation `[p, m]` of pose and momentum becomes `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
-use lgvi_dynamics::rotation::{self, Unsolvable};
+use lgvi_dynamics::rotation::{self, RelativeRotation, Unsolvable};
 use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, Vector3};
@@ -23,32 +23,30 @@ pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) {
 /// before the drift becomes `log(exp S(Fᵀζ) exp S(η)) = Fᵀζ + η + ½ Fᵀζ × η + …`, and `Π⁺ = exp S(η)ᵀ (P + Fᵀδ)`.
 pub(crate) struct RotationDrift {
     h: f64,
-    /// `F`
-    relative: Matrix3<f64>,
+    turn: RelativeRotation,
     /// `P`
     momentum: Vector3<f64>,
-    j_d: Matrix3<f64>,
 }
 
 impl RotationDrift {
     /// Turns the attitude.
-    #[inline]
+    #[inline(always)]
     pub(crate) fn new(body: &RigidBody, h: f64, state: &mut BodyState) -> Result<Self, Unsolvable> {
         let turn = rotation::solve(body.inertia(), &(h * state.angular_momentum))?;
         state.attitude = compose(&state.attitude, &turn.cayley);
         state.angular_momentum = rotate_back(&turn.cayley, &state.angular_momentum);
         Ok(Self {
             h,
-            relative: turn.matrix(),
+            turn,
             momentum: state.angular_momentum,
-            j_d: *body.inertia().nonstandard(),
         })
     }
 
     #[inline]
-    pub(crate) fn gradient(&self) -> Turn {
-        let f_t = self.relative.transpose();
-        let f_jd = self.relative * self.j_d;
+    pub(crate) fn gradient(&self, body: &RigidBody) -> Turn {
+        let relative = self.turn.matrix();
+        let f_t = relative.transpose();
+        let f_jd = relative * body.inertia().nonstandard();
         let b = Matrix3::from_diagonal_element(f_jd.trace()) - f_jd;
         let xi = f_t * (self.h * inverse(&b));
         Turn {
@@ -63,18 +61,21 @@ impl RotationDrift {
     #[inline]
     pub(crate) fn curvature(
         &self,
-        xi: &Matrix3<f64>,
+        body: &RigidBody,
+        first: &Turn,
         third: &Vector3<f64>,
         fourth: &Vector3<f64>,
     ) -> TurnCurvature {
+        let (relative, xi) = (first.pose.transpose(), &first.pose_by_momentum);
+        let j_d = body.inertia().nonstandard();
         let xi_t = xi.transpose();
         let w = third + fourth.cross(&self.momentum);
         let v = xi_t * w / self.h;
-        let q = self.j_d * (hat(&v) * self.relative) + fourth * self.momentum.transpose();
+        let q = j_d * (hat(&v) * relative) + fourth * self.momentum.transpose();
         let middle = 0.5 * (q + q.transpose()) - Matrix3::from_diagonal_element(q.trace());
-        let x = self.relative * (hat(fourth) * xi);
+        let x = relative * (hat(fourth) * xi);
         TurnCurvature {
-            pose_momentum: self.relative * (hat(&(-0.5 * third)) * xi),
+            pose_momentum: relative * (hat(&(-0.5 * third)) * xi),
             momentum_momentum: xi_t * (middle * xi) - x - x.transpose(),
         }
     }

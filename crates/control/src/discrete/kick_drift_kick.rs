@@ -6,8 +6,8 @@
 
 use std::array;
 
-use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
+use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::DiscreteDynamics;
@@ -62,7 +62,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         self.commands.map(|columns| columns * command)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
         let Transfer { field, body, .. } = self.transfer;
         let loads = self.coordinates.load(field.as_ref(), body, state);
@@ -71,7 +71,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     }
 
     /// The state at the beginning of the drift of step `k`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn begin(
         &self,
         k: usize,
@@ -85,7 +85,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         begun
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn drift(
         &self,
         k: usize,
@@ -93,6 +93,10 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     ) -> Result<Option<RotationDrift>, Unsolvable> {
         let Transfer { body, h, .. } = self.transfer;
         self.coordinates.drift(k, body, *h, state)
+    }
+
+    pub(super) fn body(&self) -> &RigidBody {
+        &self.transfer.body
     }
 
     /// `h/m`, if the center of mass is planned.

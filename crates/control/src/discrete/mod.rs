@@ -18,7 +18,6 @@ pub(crate) use self::{
     commands::DecoupledCommands,
     coordinates::{Coordinates, Full},
     decoupled::{DecouplingError, RotationOnly, TranslationOnly},
-    drift::RotationDrift,
     kick_drift_kick::KickDriftKick,
     linear::{Curvature, Inputs, Linearization},
 };

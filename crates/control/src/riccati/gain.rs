@@ -90,19 +90,23 @@ impl<const X: usize> CostToGo<X> {
         }
         let conditions: [Column<S, V>; U] = load_all(simd, &policy.conditions.data.0);
         let mut response: [Column<S, W>; X] = transposed(simd, &conditions);
-        for i in 0..X {
-            let mut sum = scaled(response[i], -scale[i]);
-            for k in 0..i {
-                take(&mut sum, lower[k][i], &response[k]);
-            }
-            response[i] = sum;
+        for (row, scale) in response.iter_mut().zip(scale) {
+            *row = scaled(*row, -scale);
         }
-        for i in (0..X).rev() {
-            let mut sum = scaled(response[i], reciprocals[i]);
-            for k in i + 1..X {
-                take(&mut sum, lower[i][k], &response[k]);
+        for k in 0..X {
+            let row = response[k];
+            for i in k + 1..X {
+                take(&mut response[i], lower[k][i], &row);
             }
-            response[i] = sum;
+        }
+        for (row, reciprocal) in response.iter_mut().zip(reciprocals) {
+            *row = scaled(*row, reciprocal);
+        }
+        for k in (0..X).rev() {
+            let row = response[k];
+            for i in 0..k {
+                take(&mut response[i], lower[i][k], &row);
+            }
         }
         Some(response)
     }

@@ -232,12 +232,11 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
         let mut gradient = by_state[U];
         let mut by_state: [Column<S, V>; U] = std::array::from_fn(|u| by_state[u]);
         let mut by_conditions = self.by_conditions;
-        for i in 1..U {
-            for k in 0..i {
-                let above = by_state[k];
-                take(&mut by_state[i], factor[k][i], &above);
-                let above = by_conditions[k];
-                take(&mut by_conditions[i], factor[k][i], &above);
+        for k in 0..U {
+            let (own, own_conditions) = (by_state[k], by_conditions[k]);
+            for i in k + 1..U {
+                take(&mut by_state[i], factor[k][i], &own);
+                take(&mut by_conditions[i], factor[k][i], &own_conditions);
                 constant[i] -= factor[k][i] * constant[k];
             }
         }
@@ -273,16 +272,15 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
         store(&gradient, &mut cost.gradient.data.0[0]);
         store(&offset, &mut cost.offset.data.0[0]);
 
-        for i in (0..U).rev() {
-            for k in i + 1..U {
-                let below = state[k];
-                take(&mut state[i], factor[i][k], &below);
-                let below = conditions[k];
-                take(&mut conditions[i], factor[i][k], &below);
+        for k in (0..U).rev() {
+            let (own, own_conditions) = (state[k], conditions[k]);
+            for i in 0..k {
+                take(&mut state[i], factor[i][k], &own);
+                take(&mut conditions[i], factor[i][k], &own_conditions);
                 constant[i] -= factor[i][k] * constant[k];
             }
-            store(&state[i], &mut policy.state.data.0[i]);
-            store(&conditions[i], &mut policy.conditions.data.0[i]);
+            store(&own, &mut policy.state.data.0[k]);
+            store(&own_conditions, &mut policy.conditions.data.0[k]);
         }
         policy.constant.data.0[0] = constant;
         policy.factor = factor;

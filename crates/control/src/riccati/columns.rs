@@ -185,13 +185,15 @@ pub(super) fn before_drift<S: Simd, const V: usize, const X: usize>(
         let mut zeta = [zero(simd); 3];
         let mut delta = [zero(simd); 3];
         for c in 0..3 {
+            let (mut by_zeta, mut by_delta) = (zero(simd), zero(simd));
             for r in 0..3 {
                 let (by_pose, by_momentum) =
                     (&columns[pose(last) + r], &columns[momentum(last) + r]);
-                add(&mut zeta[c], turn.pose.data.0[c][r], by_pose);
-                add(&mut delta[c], turn.pose_by_momentum.data.0[c][r], by_pose);
-                add(&mut delta[c], turn.momentum.data.0[c][r], by_momentum);
+                add(&mut by_zeta, turn.pose.data.0[c][r], by_pose);
+                add(&mut by_delta, turn.pose_by_momentum.data.0[c][r], by_pose);
+                add(&mut by_delta, turn.momentum.data.0[c][r], by_momentum);
             }
+            (zeta[c], delta[c]) = (by_zeta, by_delta);
         }
         for c in 0..3 {
             columns[pose(last) + c] = zeta[c];

@@ -111,29 +111,36 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
     /// Adds the derivatives by the commands that act in a kick, at its end.
     #[inline(always)]
     fn take_commands(&mut self, kick: &KickInputs<U>) {
-        for c in 0..X {
-            for i in 0..groups(X) {
-                for r in 0..3 {
-                    let factor = entry(&self.hessian[momentum(i) + r], c);
-                    add(
-                        &mut self.mixed[c],
-                        factor,
-                        &load(self.simd, &kick.rows[i][r]),
-                    );
-                }
+        let mut rows = [[zero(self.simd); 3]; 2];
+        let mut factors = [[[0.0; X]; 3]; 2];
+        for i in 0..groups(X) {
+            for r in 0..3 {
+                rows[i][r] = load(self.simd, &kick.rows[i][r]);
+                store(&self.hessian[momentum(i) + r], &mut factors[i][r]);
             }
         }
+        for c in 0..X {
+            let mut mixed = self.mixed[c];
+            for i in 0..groups(X) {
+                for r in 0..3 {
+                    add(&mut mixed, factors[i][r][c], &rows[i][r]);
+                }
+            }
+            self.mixed[c] = mixed;
+        }
         for u in 0..U {
+            let (mut command, mut by_conditions) = (self.command[u], self.by_conditions[u]);
             for i in 0..groups(X) {
                 for r in 0..3 {
                     let factor = kick.columns[i].data.0[u][r];
                     if factor != 0.0 {
                         let at = momentum(i) + r;
-                        add(&mut self.command[u], factor, &self.mixed[at]);
-                        add(&mut self.by_conditions[u], factor, &self.border[at]);
+                        add(&mut command, factor, &self.mixed[at]);
+                        add(&mut by_conditions, factor, &self.border[at]);
                     }
                 }
             }
+            (self.command[u], self.by_conditions[u]) = (command, by_conditions);
         }
     }
 
@@ -256,16 +263,17 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
         }
         for c in 0..X {
             let mut gram: Column<S, V> = load(simd, &cost.gram.data.0[c]);
+            let (mut hessian, mut border) = (self.hessian[c], self.border[c]);
             for u in 0..U {
                 let by_coordinate = policy.state.data.0[u][c];
-                add(&mut self.hessian[c], by_coordinate, &by_state[u]);
-                add(&mut self.border[c], by_coordinate, &by_conditions[u]);
+                add(&mut hessian, by_coordinate, &by_state[u]);
+                add(&mut border, by_coordinate, &by_conditions[u]);
                 let by_condition = policy.conditions.data.0[u][c];
                 add(&mut gram, by_condition, &by_conditions[u]);
             }
             store(&gram, &mut cost.gram.data.0[c]);
-            store(&self.hessian[c], &mut cost.hessian.data.0[c]);
-            store(&self.border[c], &mut cost.border.data.0[c]);
+            store(&hessian, &mut cost.hessian.data.0[c]);
+            store(&border, &mut cost.border.data.0[c]);
         }
         // Copies one triangle to the other, because rounding would let the two drift apart.
         cost.hessian.fill_upper_triangle_with_lower_triangle();

@@ -112,8 +112,8 @@ impl Linearization {
             |z: &mut SVector<f64, X>, t: &Blocks, KickInputs { columns, .. }: &KickInputs<U>| {
                 for i in 0..groups(X) {
                     let mut impulse = columns[i] * v;
-                    for j in 0..groups(X) {
-                        impulse += t[i][j] * part(z, pose(j));
+                    for (j, t) in t[i].iter().enumerate().take(groups(X)) {
+                        impulse += t * part(z, pose(j));
                     }
                     add(z, momentum(i), &impulse);
                 }
@@ -152,8 +152,8 @@ impl Linearization {
             for i in 0..groups(X) {
                 let by_momentum = part(lambda, momentum(i));
                 by_command += columns[i].tr_mul(&by_momentum);
-                for j in 0..groups(X) {
-                    add(lambda, pose(j), &t[i][j].tr_mul(&by_momentum));
+                for (j, t) in t[i].iter().enumerate().take(groups(X)) {
+                    add(lambda, pose(j), &t.tr_mul(&by_momentum));
                 }
             }
         };

@@ -40,8 +40,8 @@ impl<const X: usize> CostToGo<X> {
         let state: [Column<S, W>; X] = transposed(simd, &state);
         let scale = self.gram_scale(softness);
         let response = self.response::<S, U, V, W>(simd, policy, &scale);
-        for c in 0..X {
-            let mut column = scaled(state[c], -1.0);
+        for (c, state) in state.into_iter().enumerate() {
+            let mut column = scaled(state, -1.0);
             if let Some(response) = &response {
                 for i in 0..X {
                     let weight = scale[i] * self.border.data.0[c][i];

@@ -1,6 +1,11 @@
 //! The sweep over one stage, from the end of its step to its start: through the kick after the drift, the drift, the
 //! kick before it, and the minimum over the commands.
 
+#![expect(
+    clippy::needless_range_loop,
+    reason = "several arrays have the same index"
+)]
+
 use fearless_simd::{Simd, dispatch};
 
 use super::columns::{

@@ -23,9 +23,9 @@ fn add(matrix: &mut DMatrix<f64>, row: usize, column: usize, block: &Matrix3<f64
 /// The kick as a map of coordinates and commands.
 fn kick<const X: usize, const U: usize>(t: &Blocks, inputs: &KickInputs<U>) -> DMatrix<f64> {
     let mut map = DMatrix::identity(X + U, X + U);
-    for i in 0..groups(X) {
-        for j in 0..groups(X) {
-            add(&mut map, momentum(i), pose(j), &t[i][j]);
+    for (i, t) in t.iter().enumerate().take(groups(X)) {
+        for (j, t) in t.iter().enumerate().take(groups(X)) {
+            add(&mut map, momentum(i), pose(j), t);
         }
         map.view_mut((momentum(i), X), (3, U))
             .copy_from(&inputs.columns[i]);
@@ -36,9 +36,9 @@ fn kick<const X: usize, const U: usize>(t: &Blocks, inputs: &KickInputs<U>) -> D
 /// Second derivatives by poses.
 fn by_poses<const X: usize, const U: usize>(blocks: &Blocks) -> DMatrix<f64> {
     let mut all = DMatrix::zeros(X + U, X + U);
-    for i in 0..groups(X) {
-        for j in 0..groups(X) {
-            add(&mut all, pose(i), pose(j), &blocks[i][j]);
+    for (i, row) in blocks.iter().enumerate().take(groups(X)) {
+        for (j, block) in row.iter().enumerate().take(groups(X)) {
+            add(&mut all, pose(i), pose(j), block);
         }
     }
     all

@@ -9,7 +9,8 @@ use crate::discrete::DiscreteDynamics;
 /// The Newton iteration for one N, with all its buffers.
 pub(crate) struct Newton<const X: usize, const U: usize> {
     pub(crate) model: Model<X, U>,
-    /// The error at the point where the model was made, if the model is exact and has gains; otherwise infinite.
+    /// The error at the point where the model was made, if the model is exact and has gains and the conditions are
+    /// independent; otherwise infinite.
     pub(crate) solved_at: f64,
     /// True if the model's first derivatives, costates and errors are those of the current iterate.
     pub(crate) followed: bool,
@@ -172,15 +173,15 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Ended::Failed(error);
             }
             let start = &mut self.model.start;
-            let nu = start
-                .multipliers()
-                .or_else(|| start.dependent_multipliers(tolerances.violation));
+            let nu = start.multipliers();
+            let independent = nu.is_some();
+            let nu = nu.or_else(|| start.dependent_multipliers(tolerances.violation));
             let Some(nu) = nu else {
                 return Ended::Failed(ModelError::Dependent);
             };
             self.measure(problem, standing);
             let exact = settings.curvature == 1.0 && settings.damping == 0.0;
-            self.solved_at = if exact && self.model.has_gains {
+            self.solved_at = if exact && independent && self.model.has_gains {
                 standing.violation.max(standing.stationarity)
             } else {
                 f64::INFINITY

@@ -325,3 +325,23 @@ fn gains_are_those_of_neighboring_optima() {
         assert!((change + gain.column(i)).amax() < 1e-9);
     }
 }
+
+/// The results do not depend on the instructions of the lanes.
+#[test]
+fn instructions_change_no_bit() {
+    let mut rng = Rng::with_seed(13);
+    let (stages, end) = problem::<12, 6>(&mut rng, 20, 12, 0.5);
+    let results = [Level::baseline(), Level::new()].map(|level| {
+        let mut cost = CostToGo::end(&end);
+        cost.level = level;
+        let mut policy = Policy::zeros();
+        let mut gains = vec![SMatrix::zeros(); stages.len()];
+        for (stage, gain) in stages.iter().zip(&mut gains).rev() {
+            stage.sweep(&mut cost, &mut policy).unwrap();
+            cost.gain(&policy, &SVector::repeat(1e-3), gain);
+        }
+        (cost.hessian, cost.border, cost.gram, policy.state, gains)
+    });
+    let [first, second] = results;
+    assert!(first == second);
+}

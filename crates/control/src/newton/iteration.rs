@@ -14,6 +14,8 @@ pub(crate) struct Newton<const X: usize, const U: usize> {
     pub(crate) solved_at: f64,
     /// True if the model's first derivatives, costates and errors are those of the current iterate.
     pub(crate) followed: bool,
+    /// The augmentation of the last model.
+    pub(crate) augmentation: f64,
     pub(super) direction: Direction<X, U>,
     pub(super) weights: Weights<X>,
     /// The current iterate.
@@ -38,14 +40,17 @@ pub(crate) struct Tolerances {
 }
 
 /// How close an initial guess is to the solution.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Closeness {
     /// A path without multipliers.
     Rough,
-    /// The solution of another problem.
+    /// The solution of another problem or at another resolution.
     Far,
-    /// The solution at another resolution, or of a similar problem.
-    Near,
+    /// So close that the gains of the first model may be those of the solution.
+    Close {
+        /// The augmentation to begin with.
+        augmentation: f64,
+    },
 }
 
 /// Current state of an iteration.
@@ -100,7 +105,7 @@ pub(crate) enum Ended {
 
 /// Augmentations in the order of trial. A slender axis is less stiff than the others by the square of the ratio of
 /// inertias.
-const AUGMENTATIONS: [f64; 5] = [10.0, 300.0, 1e4, 1e6, 1e8];
+pub(crate) const AUGMENTATIONS: [f64; 5] = [10.0, 300.0, 1e4, 1e6, 1e8];
 /// The least nonzero damping, and the largest.
 const DAMPINGS: [f64; 2] = [1e-7, 1e8];
 /// Damping of the first step from a rough guess.
@@ -124,6 +129,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             model: Model::new(intervals),
             solved_at: f64::INFINITY,
             followed: false,
+            augmentation: AUGMENTATIONS[0],
             direction: Direction::new(intervals),
             weights: Weights {
                 defects: SVector::zeros(),
@@ -152,15 +158,16 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     {
         let begun = standing.iteration;
         let last = begun + tolerances.iterations;
+        let (augmentation, gains) = match guess {
+            Closeness::Close { augmentation } => (augmentation, Some(WORTHLESS)),
+            _ => (AUGMENTATIONS[0], None),
+        };
         let rough = guess == Closeness::Rough;
-        // Near a solution the steps hardly depend on the augmentation, and the least one often turns out to be too little
-        // only after most of the sweep.
-        let near = guess == Closeness::Near;
         let mut settings = ModelSettings {
             curvature: if rough { 0.0 } else { 1.0 },
-            augmentation: AUGMENTATIONS[usize::from(near)],
+            augmentation,
             damping: if rough { BEGIN } else { 0.0 },
-            gains: (!rough).then_some(WORTHLESS),
+            gains,
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
@@ -179,6 +186,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             let Some(nu) = nu else {
                 return Ended::Failed(ModelError::Dependent);
             };
+            self.augmentation = settings.augmentation;
             self.measure(problem, standing);
             let exact = settings.curvature == 1.0 && settings.damping == 0.0;
             self.solved_at = if exact && independent && self.model.has_gains {
@@ -246,7 +254,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     }
                 }
                 settings.curvature = 1.0;
-                settings.gains = Some(WORTHLESS);
+                settings.gains = Some(f64::INFINITY);
                 if standing.length < 1.0 {
                     settings.damping = (settings.damping * RAISE).max(DAMPINGS[0]);
                 } else {

@@ -7,7 +7,8 @@ use super::resolution::resolved;
 use super::scale::{metric, stiffness};
 use crate::discrete::DiscreteDynamics;
 use crate::newton::{
-    Closeness, Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained, guess,
+    AUGMENTATIONS, Closeness, Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained,
+    guess,
 };
 use crate::{Dynamics, Plan, Transfer};
 
@@ -237,7 +238,14 @@ impl<'s, C> Solver<'s, C> {
             } else {
                 Phase::Fine
             };
-            match self.level(&problem, iterate, Closeness::Near, phase) {
+            // The least augmentation often turns out to be too little only after most of the sweep.
+            let closeness = match coarser {
+                Some(_) => Closeness::Close {
+                    augmentation: newton.augmentation.min(AUGMENTATIONS[1]),
+                },
+                None => Closeness::Far,
+            };
+            match self.level(&problem, iterate, closeness, phase) {
                 Ok(finer) => coarser = Some(std::mem::replace(&mut newton, finer).iterate),
                 Err((ended, finer)) if self.goes_on(ended, &finer) => {
                     newton = *finer;

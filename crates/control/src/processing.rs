@@ -11,10 +11,10 @@
 
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, RigidBody};
-use nalgebra::{Matrix3, SMatrix};
+use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::discrete::{Coordinates, Full};
+use crate::discrete::{Coordinates, Full, Inputs, Linearization};
 use crate::problem::Dynamics;
 use crate::{Plan, Transfer, TransferError};
 
@@ -105,19 +105,19 @@ fn drifted(
     which: &'static str,
 ) -> Result<(BodyState, SMatrix<f64, 12, 12>), ProcessingError> {
     let mut drifted = *state;
-    let drifts = Full
+    let turn = Full
         .drift(0, body, h, &mut drifted)
         .map_err(|source| ProcessingError::Unsolvable { which, source })?;
-    let mut all = SMatrix::<f64, 12, 12>::zeros();
-    for (part, drift) in drifts.iter().enumerate() {
-        let [pose, pose_by_momentum, momentum] = drift.gradient().matrices();
-        let mut set = |row: usize, column: usize, block: &Matrix3<f64>| {
-            let (row, column) = (6 * part + 3 * row, 6 * part + 3 * column);
-            all.fixed_view_mut::<3, 3>(row, column).copy_from(block);
-        };
-        set(0, 0, &pose);
-        set(0, 1, &pose_by_momentum);
-        set(1, 1, &momentum);
+    let drift = Linearization {
+        glide: Some(h / body.mass()),
+        turn: turn.map(|turn| turn.gradient(body)),
+        ..Linearization::default()
+    };
+    let none = Inputs::<6>::none();
+    let mut all = SMatrix::<f64, 12, 12>::identity();
+    for mut column in all.column_iter_mut() {
+        let moved = drift.forward(&none, &column.clone_owned(), &SVector::zeros());
+        column.copy_from(&moved);
     }
     Ok((drifted, all))
 }

@@ -9,21 +9,43 @@
 //! problem is convex on the subspace that dynamics and conditions leave free if `Q_vv` is then positive definite at
 //! every stage. As the augmentation is finite, P keeps its size down to the last stage, and nothing cancels.
 
+use fearless_simd::Level;
 use nalgebra::{SMatrix, SVector};
 
-use crate::discrete::{Curvature, Linearization};
+use crate::discrete::{Curvature, Inputs, Linearization};
 
-/// A quadratic model of a stage: `½ zᵀ H_zz z + zᵀ H_zv v + ½ vᵀ H_vv v + g_z · z + g_v · v`.
+/// A quadratic model of a stage: that of its step, and `½ zᵀ H_zz z + vᵀ H_vz z + ½ vᵀ H_vv v + g_z · z + g_v · v`.
 #[derive(Clone, Debug)]
 pub(crate) struct StageModel<const X: usize, const U: usize> {
-    /// `H`
-    pub(crate) hessian: Curvature<X, U>,
+    /// The model of the step.
+    pub(crate) curvature: Curvature,
+    /// `H_zz`, symmetric.
+    pub(crate) state: SMatrix<f64, X, X>,
+    /// `H_vz`
+    pub(crate) mixed: SMatrix<f64, U, X>,
+    /// `H_vv`, symmetric.
+    pub(crate) command: SMatrix<f64, U, U>,
     /// `g_z`
     pub(crate) state_gradient: SVector<f64, X>,
     /// `g_v`
     pub(crate) command_gradient: SVector<f64, U>,
     /// `d`
     pub(crate) defect: SVector<f64, X>,
+}
+
+impl<const X: usize, const U: usize> StageModel<X, U> {
+    /// No cost.
+    pub(crate) fn zeros() -> Self {
+        Self {
+            curvature: Curvature::default(),
+            state: SMatrix::zeros(),
+            mixed: SMatrix::zeros(),
+            command: SMatrix::zeros(),
+            state_gradient: SVector::zeros(),
+            command_gradient: SVector::zeros(),
+            defect: SVector::zeros(),
+        }
+    }
 }
 
 /// The model at the end: `½ zᵀ P z + p · z` and the conditions `C z + c = 0`; rows without a condition are zero.
@@ -65,7 +87,11 @@ pub(crate) struct CostToGo<const X: usize> {
     pub(crate) offset: SVector<f64, X>,
     /// `M`
     pub(crate) gram: SMatrix<f64, X, X>,
+    /// The instructions that lanes may use.
+    level: Level,
 }
+
+pub(crate) use sweep::Stage;
 
 /// The error that `Q_vv` is not positive definite, so that the model is not convex at this stage. The constant of the
 /// stage's policy is then a command along which the model is not convex.
@@ -81,84 +107,8 @@ impl<const X: usize> CostToGo<X> {
             border: model.jacobian,
             offset: model.residual,
             gram: SMatrix::zeros(),
+            level: Level::new(),
         }
-    }
-
-    /// Turns the cost to go at the stage's end into that at its start, and computes the policy of the stage.
-    pub(crate) fn sweep<const U: usize>(
-        &mut self,
-        stage: &StageModel<X, U>,
-        dynamics: &Linearization<X, U>,
-        policy: &mut Policy<X, U>,
-    ) -> Result<(), NotConvex> {
-        let (a, b) = (&dynamics.a.data.0, &dynamics.b.data.0);
-        let Curvature {
-            state,
-            mixed,
-            command,
-        } = &stage.hessian;
-
-        let mut gradient = [self.gradient.data.0[0]];
-        let (hessian, border) = (&self.hessian.data.0, &self.border.data.0);
-        accumulate(hessian, &stage.defect.data.0, &mut gradient);
-        accumulate(border, &stage.defect.data.0, &mut self.offset.data.0);
-        let mut pa = [[0.0; X]; X];
-        let mut pb = [[0.0; X]; U];
-        let mut ga = [[0.0; X]; X];
-        let mut by_conditions = [[0.0; X]; U];
-        accumulate(hessian, a, &mut pa);
-        accumulate(hessian, b, &mut pb);
-        accumulate(border, a, &mut ga);
-        accumulate(border, b, &mut by_conditions);
-        let (pa_t, pb_t) = (transposed(&pa), transposed(&pb));
-
-        let mut factor = command.data.0;
-        let mut by_state_t = transposed(&mixed.data.0);
-        accumulate(&pb_t, b, &mut factor);
-        accumulate(&pb_t, a, &mut by_state_t);
-        self.hessian.clone_from(state);
-        accumulate(&pa_t, a, &mut self.hessian.data.0);
-        let mut by_state = transposed(&by_state_t);
-        let gradient = SVector::from(gradient[0]);
-        self.gradient = stage.state_gradient + dynamics.a.tr_mul(&gradient);
-        let mut constant = (stage.command_gradient + dynamics.b.tr_mul(&gradient))
-            .transpose()
-            .data
-            .0;
-
-        if let Err(row) = factorize(&mut factor) {
-            *policy = Policy::zeros();
-            policy.constant = not_convex(&factor, row);
-            return Err(NotConvex);
-        }
-        forward(&factor, &mut by_state);
-        forward(&factor, &mut by_conditions);
-        forward(&factor, &mut constant);
-        let [state, conditions] = [&mut policy.state.data.0, &mut policy.conditions.data.0];
-        let mut share = [[0.0; U]];
-        for u in 0..U {
-            let reciprocal = factor[u][u];
-            state[u] = by_state[u].map(|entry| -reciprocal * entry);
-            conditions[u] = by_conditions[u].map(|entry| -reciprocal * entry);
-            share[0][u] = -reciprocal * constant[u][0];
-        }
-        let (state_t, conditions_t) = (transposed(state), transposed(conditions));
-        accumulate(&by_state, &state_t, &mut self.hessian.data.0);
-        accumulate(&by_conditions, &state_t, &mut ga);
-        accumulate(&by_conditions, &conditions_t, &mut self.gram.data.0);
-        accumulate(&by_state, &share, &mut self.gradient.data.0);
-        accumulate(&by_conditions, &share, &mut self.offset.data.0);
-        self.border.data.0 = ga;
-        // Copies one triangle to the other, because rounding would let the two drift apart.
-        self.hessian.fill_upper_triangle_with_lower_triangle();
-
-        let mut constant = transposed(&share);
-        backward(&factor, state);
-        backward(&factor, conditions);
-        backward(&factor, &mut constant);
-        policy.constant.data.0 = transposed(&constant);
-        policy.factor = factor;
-        Ok(())
     }
 
     /// The multipliers ν of the conditions for a fixed state; zero for rows without a condition. Returns `None` if the
@@ -205,48 +155,22 @@ impl<const X: usize> CostToGo<X> {
             .map_or(f64::INFINITY, |map| norm(&inverse) * norm(&map))
     }
 
-    /// The gain `−K − N (E − M)⁻¹ Gᵀ` of the policy in which ν follows the state. It is the gain of the neighboring
-    /// extremals.
-    ///
-    /// With `E = 0` it is the gain of the fixed end. It grows without bound towards the end, when fewer stages are left
-    /// than conditions. A positive diagonal `E` imposes the conditions with weight `E⁻¹` instead. The gain is then
-    /// nearly the same as long as meeting the conditions costs less than that, and it is bounded to the last stage.
-    pub(crate) fn gain<const U: usize>(
-        &self,
-        policy: &Policy<X, U>,
-        softness: &SVector<f64, X>,
-    ) -> SMatrix<f64, U, X> {
-        let mut gain = -policy.state.transpose();
-        let Some((factor, scale)) = self.gram_factor(softness) else {
-            return gain;
-        };
-        let mut response: [[f64; U]; X] = std::array::from_fn(|i| {
-            std::array::from_fn(|u| -scale[i] * policy.conditions.data.0[u][i])
-        });
-        solve(&factor, &mut response);
-        for (i, row) in response.iter_mut().enumerate() {
-            for entry in row {
-                *entry *= scale[i];
-            }
-        }
-        for (column, border) in gain.data.0.iter_mut().zip(&self.border.data.0) {
-            for (weight, row) in border.iter().zip(&response) {
-                add(column, *weight, row);
-            }
-        }
-        gain
-    }
-
-    /// The factors of `S (E − M) S`, where the diagonal `S` makes its diagonal 1, and `S`. Zero rows of M are ignored.
-    fn gram_factor(&self, softness: &SVector<f64, X>) -> Option<(Square<X>, SVector<f64, X>)> {
-        let scale = SVector::from_fn(|i, _| {
+    /// The diagonal `S` that makes the diagonal of `S (E − M) S` 1. It is zero for zero rows of M.
+    #[inline(always)]
+    fn gram_scale(&self, softness: &SVector<f64, X>) -> SVector<f64, X> {
+        let mut scale = SVector::zeros();
+        for i in 0..X {
             let diagonal = softness[i] - self.gram[(i, i)];
             if diagonal > 0.0 {
-                diagonal.sqrt().recip()
-            } else {
-                0.0
+                scale[i] = diagonal.sqrt().recip();
             }
-        });
+        }
+        scale
+    }
+
+    /// The factors of `S (E − M) S` and `S` (see [`CostToGo::gram_scale`]). Zero rows of M are ignored.
+    fn gram_factor(&self, softness: &SVector<f64, X>) -> Option<(Square<X>, SVector<f64, X>)> {
+        let scale = self.gram_scale(softness);
         let mut factor: Square<X> = std::array::from_fn(|j| {
             std::array::from_fn(|i| -scale[i] * self.gram.data.0[j][i] * scale[j])
         });
@@ -274,14 +198,16 @@ impl<const X: usize, const U: usize> Policy<X, U> {
     pub(crate) fn follow(
         &mut self,
         command_gradient: &SVector<f64, U>,
-        dynamics: &Linearization<X, U>,
+        step: &Linearization,
+        inputs: &Inputs<U>,
         gradient: &mut SVector<f64, X>,
         offset: &mut SVector<f64, X>,
     ) {
-        let slope = command_gradient + dynamics.b.tr_mul(gradient);
+        let (by_state, by_command) = step.backward(inputs, gradient);
+        let slope = command_gradient + by_command;
         let mut constant = (-slope).transpose().data.0;
         solve(&self.factor, &mut constant);
-        *gradient = dynamics.a.tr_mul(gradient) + self.state * slope;
+        *gradient = by_state + self.state * slope;
         *offset += self.conditions * slope;
         self.constant.data.0 = transposed(&constant);
     }
@@ -376,29 +302,14 @@ fn add<const D: usize>(sum: &mut [f64; D], factor: f64, part: &[f64; D]) {
     }
 }
 
-/// `sum += a b`, all by columns. Zeros of `b` are skipped, because the derivatives of a step are sparse.
-#[inline(never)]
-fn accumulate<const R: usize, const K: usize, const C: usize>(
-    a: &[[f64; R]; K],
-    b: &[[f64; K]; C],
-    sum: &mut [[f64; R]; C],
-) {
-    for (sum, factors) in sum.iter_mut().zip(b) {
-        let mut column = *sum;
-        for (part, factor) in a.iter().zip(factors) {
-            if *factor != 0.0 {
-                add(&mut column, *factor, part);
-            }
-        }
-        *sum = column;
-    }
-}
-
 #[inline(always)]
 fn transposed<const R: usize, const C: usize>(m: &[[f64; R]; C]) -> [[f64; C]; R] {
     std::array::from_fn(|r| std::array::from_fn(|c| m[c][r]))
 }
 
+mod columns;
+mod gain;
 mod rank;
+mod sweep;
 #[cfg(test)]
 mod tests;

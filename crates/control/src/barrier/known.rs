@@ -1,5 +1,5 @@
 use lgvi_dynamics::rotation::Unsolvable;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 use crate::discrete::{DiscreteDynamics, Linearization};
 use crate::newton::{Iterate, Problem};
@@ -24,10 +24,8 @@ pub(crate) fn forces<S, E, const X: usize, const U: usize>(
 where
     S: DiscreteDynamics<X, U>,
 {
-    let mut dynamics = Linearization {
-        a: SMatrix::zeros(),
-        b: SMatrix::zeros(),
-    };
+    let inputs = problem.steps.inputs();
+    let mut dynamics = Linearization::default();
     let none = Force {
         state: SVector::zeros(),
         command: SVector::zeros(),
@@ -39,9 +37,10 @@ where
         problem
             .steps
             .linearize(k, &iterate.states[k], command, &mut dynamics)?;
-        forces[k].command = -(weight * command + dynamics.b.tr_mul(costate));
+        let (before, by_command) = dynamics.backward(&inputs, costate);
+        forces[k].command = -(weight * command + by_command);
         if k > 0 {
-            forces[k - 1].state = costates[k - 1] - dynamics.a.tr_mul(costate);
+            forces[k - 1].state = costates[k - 1] - before;
         }
     }
     Ok(forces)

@@ -6,25 +6,27 @@ use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use super::drift::Drift;
+use super::drift::{RotationDrift, glide};
+use super::linear::Blocks;
 use crate::problem::{Vector12, block, miss};
-
-/// Derivatives of `N` groups of three coordinates by as many.
-pub(crate) type Blocks<const N: usize> = [[Matrix3<f64>; N]; N];
 
 /// `N` groups of three coordinates of pose and of momentum, with their drift and their kick by gravity.
 pub(crate) trait Coordinates<const N: usize> {
+    /// Whether the first group is the center of mass.
+    const GLIDES: bool;
+
     /// `state`, with the coordinates that are not planned set to their values at step `k`.
     fn at(&self, k: usize, state: &BodyState) -> BodyState;
 
-    /// Moves `state` from step `k` to the next by the free motion over `h`.
+    /// Moves `state` from step `k` to the next by the free motion over `h`. Returns the rotation, if the last group is the
+    /// attitude.
     fn drift(
         &self,
         k: usize,
         body: &RigidBody,
         h: f64,
         state: &mut BodyState,
-    ) -> Result<[Drift; N], Unsolvable>;
+    ) -> Result<Option<RotationDrift>, Unsolvable>;
 
     /// Adds impulses to the momenta.
     fn kick(&self, impulses: &[Vector3<f64>; N], state: &mut BodyState);
@@ -33,7 +35,7 @@ pub(crate) trait Coordinates<const N: usize> {
     fn load(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> [Vector3<f64>; N];
 
     /// The first derivatives of these loads by the pose.
-    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<N>;
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks;
 
     /// The symmetric second derivatives of the product of these loads and `weights`.
     fn curvature(
@@ -42,7 +44,7 @@ pub(crate) trait Coordinates<const N: usize> {
         body: &RigidBody,
         state: &BodyState,
         weights: &[Vector3<f64>; N],
-    ) -> Blocks<N>;
+    ) -> Blocks;
 }
 
 /// Variations `z` of states, as in [`DiscreteDynamics::difference`](super::DiscreteDynamics::difference) and
@@ -57,18 +59,23 @@ pub(crate) trait Variations<const X: usize> {
 pub(crate) struct Full;
 
 impl Coordinates<2> for Full {
+    const GLIDES: bool = true;
+
+    #[inline(always)]
     fn at(&self, _k: usize, state: &BodyState) -> BodyState {
         *state
     }
 
+    #[inline(always)]
     fn drift(
         &self,
         _k: usize,
         body: &RigidBody,
         h: f64,
         state: &mut BodyState,
-    ) -> Result<[Drift; 2], Unsolvable> {
-        Ok([Drift::glide(body, h, state), Drift::turn(body, h, state)?])
+    ) -> Result<Option<RotationDrift>, Unsolvable> {
+        glide(body, h, state);
+        RotationDrift::new(body, h, state).map(Some)
     }
 
     fn kick(&self, [force, moment]: &[Vector3<f64>; 2], state: &mut BodyState) {
@@ -81,7 +88,7 @@ impl Coordinates<2> for Full {
         [load.force, load.moment]
     }
 
-    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<2> {
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks {
         let g = field.gradient(body, &state.position, &state.attitude);
         [
             [g.force_by_position, g.force_by_attitude],
@@ -95,7 +102,7 @@ impl Coordinates<2> for Full {
         body: &RigidBody,
         state: &BodyState,
         &[force, moment]: &[Vector3<f64>; 2],
-    ) -> Blocks<2> {
+    ) -> Blocks {
         let weights = Load { force, moment };
         let k = field.curvature(body, &state.position, &state.attitude, &weights);
         let mixed = k.position_attitude;

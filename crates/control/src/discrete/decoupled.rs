@@ -10,12 +10,13 @@ use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_lie::{exp, log};
-use nalgebra::{SVector, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 use thiserror::Error;
 
 use super::commands::{CommandsError, DecoupledCommands};
-use super::coordinates::{Blocks, Coordinates, Full, Variations, symmetric};
-use super::drift::Drift;
+use super::coordinates::{Coordinates, Full, Variations, symmetric};
+use super::drift::{RotationDrift, glide};
+use super::linear::Blocks;
 use super::{DiscreteDynamics, KickDriftKick};
 use crate::Transfer;
 
@@ -122,7 +123,16 @@ impl RotationOnly {
     }
 }
 
+/// The derivatives of a single group.
+#[inline]
+fn alone(block: Matrix3<f64>) -> Blocks {
+    let none = Matrix3::zeros();
+    [[block, none], [none, none]]
+}
+
 impl Coordinates<1> for TranslationOnly {
+    const GLIDES: bool = true;
+
     fn at(&self, k: usize, state: &BodyState) -> BodyState {
         self.joined(k, state)
     }
@@ -133,10 +143,10 @@ impl Coordinates<1> for TranslationOnly {
         body: &RigidBody,
         h: f64,
         state: &mut BodyState,
-    ) -> Result<[Drift; 1], Unsolvable> {
-        let drift = Drift::glide(body, h, state);
+    ) -> Result<Option<RotationDrift>, Unsolvable> {
+        glide(body, h, state);
         *state = self.joined(k + 1, state);
-        Ok([drift])
+        Ok(None)
     }
 
     fn kick(&self, [force]: &[Vector3<f64>; 1], state: &mut BodyState) {
@@ -148,9 +158,9 @@ impl Coordinates<1> for TranslationOnly {
         [force]
     }
 
-    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<1> {
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks {
         let gradient = field.gradient(body, &state.position, &state.attitude);
-        [[gradient.force_by_position]]
+        alone(gradient.force_by_position)
     }
 
     fn curvature(
@@ -159,11 +169,11 @@ impl Coordinates<1> for TranslationOnly {
         body: &RigidBody,
         state: &BodyState,
         &[force]: &[Vector3<f64>; 1],
-    ) -> Blocks<1> {
+    ) -> Blocks {
         let moment = Vector3::zeros();
         let weights = Load { force, moment };
         let curvature = field.curvature(body, &state.position, &state.attitude, &weights);
-        [[curvature.position_position]]
+        alone(curvature.position_position)
     }
 }
 
@@ -184,6 +194,8 @@ impl Variations<6> for TranslationOnly {
 }
 
 impl Coordinates<1> for RotationOnly {
+    const GLIDES: bool = false;
+
     fn at(&self, k: usize, state: &BodyState) -> BodyState {
         self.joined(k, state)
     }
@@ -194,10 +206,10 @@ impl Coordinates<1> for RotationOnly {
         body: &RigidBody,
         h: f64,
         state: &mut BodyState,
-    ) -> Result<[Drift; 1], Unsolvable> {
-        let drift = Drift::turn(body, h, state)?;
+    ) -> Result<Option<RotationDrift>, Unsolvable> {
+        let turn = RotationDrift::new(body, h, state)?;
         *state = self.joined(k + 1, state);
-        Ok([drift])
+        Ok(Some(turn))
     }
 
     fn kick(&self, [moment]: &[Vector3<f64>; 1], state: &mut BodyState) {
@@ -209,9 +221,9 @@ impl Coordinates<1> for RotationOnly {
         [moment]
     }
 
-    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks<1> {
+    fn gradient(&self, field: &dyn Field, body: &RigidBody, state: &BodyState) -> Blocks {
         let gradient = field.gradient(body, &state.position, &state.attitude);
-        [[gradient.moment_by_attitude]]
+        alone(gradient.moment_by_attitude)
     }
 
     fn curvature(
@@ -220,11 +232,11 @@ impl Coordinates<1> for RotationOnly {
         body: &RigidBody,
         state: &BodyState,
         &[moment]: &[Vector3<f64>; 1],
-    ) -> Blocks<1> {
+    ) -> Blocks {
         let force = Vector3::zeros();
         let weights = Load { force, moment };
         let curvature = field.curvature(body, &state.position, &state.attitude, &weights);
-        [[symmetric(&curvature.attitude_attitude)]]
+        alone(symmetric(&curvature.attitude_attitude))
     }
 }
 

@@ -2,120 +2,18 @@
 //!
 //! A variation `[p, m]` of pose and momentum becomes `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
-use lgvi_dynamics::rotation::{self, Unsolvable};
+use lgvi_dynamics::rotation::{self, RelativeRotation, Unsolvable};
 use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, Vector3};
 
+use super::linear::{Turn, TurnCurvature};
 use crate::shooting::inverse;
 
-/// The data of a completed drift.
-pub(crate) enum Drift {
-    /// `x⁺ = x + (h/m) γ`: `P_p = M_m = I`, `P_m = (h/m) I`.
-    Translation(f64),
-    /// The rotation of the attitude.
-    Rotation(RotationDrift),
-}
-
-/// First derivatives of a drift.
-#[expect(clippy::large_enum_variant, reason = "one of each, on the stack")]
-pub(crate) enum DriftGradient {
-    /// `h/m`
-    Translation(f64),
-    /// `P_p = Fᵀ`, `P_m = Ξ`, `M_m = Fᵀ + S(P) Ξ`.
-    Rotation {
-        pose: Matrix3<f64>,
-        pose_by_momentum: Matrix3<f64>,
-        momentum: Matrix3<f64>,
-    },
-}
-
-/// Second derivatives of a drift in the direction of multipliers. Those by pose twice are zero.
-pub(crate) struct DriftCurvature {
-    pub(crate) pose_momentum: Matrix3<f64>,
-    /// Symmetric.
-    pub(crate) momentum_momentum: Matrix3<f64>,
-}
-
-impl Drift {
-    /// Moves the center of mass.
-    #[inline]
-    pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) -> Self {
-        let by_momentum = h / body.mass();
-        state.position += by_momentum * state.linear_momentum;
-        Self::Translation(by_momentum)
-    }
-
-    /// Turns the attitude.
-    #[inline]
-    pub(crate) fn turn(
-        body: &RigidBody,
-        h: f64,
-        state: &mut BodyState,
-    ) -> Result<Self, Unsolvable> {
-        RotationDrift::new(body, h, state).map(Self::Rotation)
-    }
-
-    #[inline]
-    pub(crate) fn gradient(&self) -> DriftGradient {
-        match self {
-            Self::Translation(by_momentum) => DriftGradient::Translation(*by_momentum),
-            Self::Rotation(turn) => turn.gradient(),
-        }
-    }
-
-    /// Second derivatives of the product of pose and momentum after the drift with the multipliers `λ_p` and `λ_m`.
-    #[inline]
-    pub(crate) fn curvature(
-        &self,
-        gradient: &DriftGradient,
-        by_pose: &Vector3<f64>,
-        by_momentum: &Vector3<f64>,
-    ) -> DriftCurvature {
-        match (self, gradient) {
-            (
-                Self::Rotation(turn),
-                DriftGradient::Rotation {
-                    pose_by_momentum, ..
-                },
-            ) => turn.curvature(pose_by_momentum, by_pose, by_momentum),
-            _ => DriftCurvature {
-                pose_momentum: Matrix3::zeros(),
-                momentum_momentum: Matrix3::zeros(),
-            },
-        }
-    }
-}
-
-impl DriftGradient {
-    /// `P_p`, `P_m`, `M_m`.
-    #[inline]
-    pub(crate) fn matrices(&self) -> [Matrix3<f64>; 3] {
-        match self {
-            Self::Translation(by_momentum) => {
-                let unit = Matrix3::identity();
-                [unit, Matrix3::from_diagonal_element(*by_momentum), unit]
-            }
-            Self::Rotation {
-                pose,
-                pose_by_momentum,
-                momentum,
-            } => [*pose, *pose_by_momentum, *momentum],
-        }
-    }
-
-    /// `m P_p`, `m P_m`.
-    #[inline]
-    pub(crate) fn before(&self, m: &Matrix3<f64>) -> [Matrix3<f64>; 2] {
-        match self {
-            Self::Translation(by_momentum) => [*m, *by_momentum * m],
-            Self::Rotation {
-                pose,
-                pose_by_momentum,
-                ..
-            } => [m * pose, m * pose_by_momentum],
-        }
-    }
+/// Moves the center of mass.
+#[inline]
+pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) {
+    state.position += (h / body.mass()) * state.linear_momentum;
 }
 
 /// The rotation of a drift: `h S(Π) = F J_d − J_d Fᵀ`, `R⁺ = R F`, `P = Π⁺ = FᵀΠ`.
@@ -125,34 +23,33 @@ impl DriftGradient {
 /// before the drift becomes `log(exp S(Fᵀζ) exp S(η)) = Fᵀζ + η + ½ Fᵀζ × η + …`, and `Π⁺ = exp S(η)ᵀ (P + Fᵀδ)`.
 pub(crate) struct RotationDrift {
     h: f64,
-    /// `F`
-    relative: Matrix3<f64>,
+    turn: RelativeRotation,
     /// `P`
     momentum: Vector3<f64>,
-    j_d: Matrix3<f64>,
 }
 
 impl RotationDrift {
-    #[inline]
-    fn new(body: &RigidBody, h: f64, state: &mut BodyState) -> Result<Self, Unsolvable> {
+    /// Turns the attitude.
+    #[inline(always)]
+    pub(crate) fn new(body: &RigidBody, h: f64, state: &mut BodyState) -> Result<Self, Unsolvable> {
         let turn = rotation::solve(body.inertia(), &(h * state.angular_momentum))?;
         state.attitude = compose(&state.attitude, &turn.cayley);
         state.angular_momentum = rotate_back(&turn.cayley, &state.angular_momentum);
         Ok(Self {
             h,
-            relative: turn.matrix(),
+            turn,
             momentum: state.angular_momentum,
-            j_d: *body.inertia().nonstandard(),
         })
     }
 
     #[inline]
-    fn gradient(&self) -> DriftGradient {
-        let f_t = self.relative.transpose();
-        let f_jd = self.relative * self.j_d;
+    pub(crate) fn gradient(&self, body: &RigidBody) -> Turn {
+        let relative = self.turn.matrix();
+        let f_t = relative.transpose();
+        let f_jd = relative * body.inertia().nonstandard();
         let b = Matrix3::from_diagonal_element(f_jd.trace()) - f_jd;
         let xi = f_t * (self.h * inverse(&b));
-        DriftGradient::Rotation {
+        Turn {
             pose: f_t,
             pose_by_momentum: xi,
             momentum: f_t + hat(&self.momentum) * xi,
@@ -162,20 +59,23 @@ impl RotationDrift {
     /// Second derivatives of `λ³·log + λ⁴·Π⁺`. With `w = λ³ + λ⁴ × P`, `Q' = Q + λ⁴ Pᵀ` and `X = F S(λ⁴) Ξ` they are
     /// `H_ζΠ = −½ F S(λ³) Ξ`, `H_ΠΠ = Ξᵀ(½(Q' + Q'ᵀ) − tr[Q'] I) Ξ − X − Xᵀ`.
     #[inline]
-    fn curvature(
+    pub(crate) fn curvature(
         &self,
-        xi: &Matrix3<f64>,
+        body: &RigidBody,
+        first: &Turn,
         third: &Vector3<f64>,
         fourth: &Vector3<f64>,
-    ) -> DriftCurvature {
+    ) -> TurnCurvature {
+        let (relative, xi) = (first.pose.transpose(), &first.pose_by_momentum);
+        let j_d = body.inertia().nonstandard();
         let xi_t = xi.transpose();
         let w = third + fourth.cross(&self.momentum);
         let v = xi_t * w / self.h;
-        let q = self.j_d * (hat(&v) * self.relative) + fourth * self.momentum.transpose();
+        let q = j_d * (hat(&v) * relative) + fourth * self.momentum.transpose();
         let middle = 0.5 * (q + q.transpose()) - Matrix3::from_diagonal_element(q.trace());
-        let x = self.relative * (hat(fourth) * xi);
-        DriftCurvature {
-            pose_momentum: self.relative * (hat(&(-0.5 * third)) * xi),
+        let x = relative * (hat(fourth) * xi);
+        TurnCurvature {
+            pose_momentum: relative * (hat(&(-0.5 * third)) * xi),
             momentum_momentum: xi_t * (middle * xi) - x - x.transpose(),
         }
     }

@@ -6,15 +6,14 @@
 
 use std::array;
 
-use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
+use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{SMatrix, SVector, Vector3};
 
-use super::coordinates::{Blocks, Coordinates, Full, Variations};
-use super::derivatives::StepDerivatives;
-use super::drift::Drift;
-use super::kick::Kick;
-use super::{Curvature, DiscreteDynamics, Linearization};
+use super::DiscreteDynamics;
+use super::coordinates::{Coordinates, Full, Variations};
+use super::drift::RotationDrift;
+use super::linear::{Blocks, Curvature, Inputs, KickInputs, Linearization};
 use crate::Transfer;
 use crate::problem::Dynamics;
 
@@ -63,7 +62,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         self.commands.map(|columns| columns * command)
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
         let Transfer { field, body, .. } = self.transfer;
         let loads = self.coordinates.load(field.as_ref(), body, state);
@@ -72,7 +71,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     }
 
     /// The state at the beginning of the drift of step `k`.
-    #[inline]
+    #[inline(always)]
     pub(super) fn begin(
         &self,
         k: usize,
@@ -86,37 +85,42 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         begun
     }
 
-    #[inline]
-    pub(super) fn drift(&self, k: usize, state: &mut BodyState) -> Result<[Drift; N], Unsolvable> {
+    #[inline(always)]
+    pub(super) fn drift(
+        &self,
+        k: usize,
+        state: &mut BodyState,
+    ) -> Result<Option<RotationDrift>, Unsolvable> {
         let Transfer { body, h, .. } = self.transfer;
         self.coordinates.drift(k, body, *h, state)
     }
 
-    /// First derivatives of a kick at `state`.
-    #[inline(always)]
-    pub(super) fn kick_gradient(&self, tau: f64, state: &BodyState) -> Kick<'_, N, U> {
+    pub(super) fn body(&self) -> &RigidBody {
+        &self.transfer.body
+    }
+
+    /// `h/m`, if the center of mass is planned.
+    #[inline]
+    pub(super) fn glide(&self) -> Option<f64> {
+        let Transfer { body, h, .. } = self.transfer;
+        C::GLIDES.then(|| h / body.mass())
+    }
+
+    /// `τ G`: first derivatives of a kick at `state` by poses.
+    #[inline]
+    pub(super) fn kick_gradient(&self, tau: f64, state: &BodyState) -> Blocks {
         let Transfer { field, body, .. } = self.transfer;
         let mut by_pose = self.coordinates.gradient(field.as_ref(), body, state);
         by_pose.iter_mut().flatten().for_each(|block| *block *= tau);
-        Kick {
-            tau,
-            by_pose,
-            commands: &self.commands,
-        }
+        by_pose
     }
 
-    /// Second derivatives by poses of the product of `weights` and a kick at `state`.
-    #[inline(always)]
-    pub(super) fn kick_curvature(
-        &self,
-        tau: f64,
-        state: &BodyState,
-        weights: &[Vector3<f64>; N],
-    ) -> Blocks<N> {
+    /// Second derivatives by poses of the product of `weights` and the loads at `state`.
+    #[inline]
+    pub(super) fn kick_curvature(&self, state: &BodyState, weights: &[Vector3<f64>; N]) -> Blocks {
         let Transfer { field, body, .. } = self.transfer;
-        let weights = weights.map(|weight| tau * weight);
         self.coordinates
-            .curvature(field.as_ref(), body, state, &weights)
+            .curvature(field.as_ref(), body, state, weights)
     }
 }
 
@@ -138,31 +142,31 @@ where
         Ok(state)
     }
 
+    fn inputs(&self) -> Inputs<U> {
+        let columns = |tau: f64| {
+            KickInputs::new(array::from_fn(|i| {
+                let columns = self.commands.get(i);
+                columns.map_or_else(SMatrix::zeros, |columns| tau * columns)
+            }))
+        };
+        Inputs {
+            before: self.before.map(columns),
+            after: columns(self.after),
+        }
+    }
+
     fn linearize(
         &self,
         k: usize,
         state: &BodyState,
         command: &SVector<f64, U>,
-        into: &mut Linearization<X, U>,
+        into: &mut Linearization,
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
-        let derivatives = StepDerivatives::new(self, k, state, &controls)?;
-        derivatives.first(into);
-        Ok(derivatives.end(&controls))
-    }
-
-    fn curvature(
-        &self,
-        k: usize,
-        state: &BodyState,
-        command: &SVector<f64, U>,
-        lambda: &SVector<f64, X>,
-        into: &mut Curvature<X, U>,
-    ) -> Result<(), Unsolvable> {
-        let controls = self.controls(command);
-        let derivatives = StepDerivatives::new(self, k, state, &controls)?;
-        derivatives.second(lambda, into);
-        Ok(())
+        let mut drifted = self.drifted(k, state, &controls)?;
+        self.first(&drifted, into);
+        self.kick(self.after, &controls, &mut drifted.state);
+        Ok(drifted.state)
     }
 
     fn expand(
@@ -171,14 +175,15 @@ where
         state: &BodyState,
         command: &SVector<f64, U>,
         lambda: &SVector<f64, X>,
-        first: &mut Linearization<X, U>,
-        second: &mut Curvature<X, U>,
+        first: &mut Linearization,
+        second: &mut Curvature,
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
-        let derivatives = StepDerivatives::new(self, k, state, &controls)?;
-        derivatives.first(first);
-        derivatives.second(lambda, second);
-        Ok(derivatives.end(&controls))
+        let mut drifted = self.drifted(k, state, &controls)?;
+        self.first(&drifted, first);
+        self.second(&drifted, lambda, first, second);
+        self.kick(self.after, &controls, &mut drifted.state);
+        Ok(drifted.state)
     }
 
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X> {

@@ -1,5 +1,6 @@
 //! The derivatives of steps compared with automatic differentiation of an independent implementation from potentials.
 
+pub(crate) mod composed;
 pub(crate) mod model;
 
 use lgvi_dynamics::integrator::Rotor;
@@ -7,6 +8,7 @@ use lgvi_dynamics::{BodyState, Method, Simulation, System};
 use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
+use self::composed::Composed;
 use self::model::{Scene, State, scenes, scheme};
 use super::{
     Curvature, DecoupledCommands, DecouplingError, DiscreteDynamics, KickDriftKick, Linearization,
@@ -35,16 +37,8 @@ fn assert_close<const R: usize, const C: usize>(
 fn differentiated<const X: usize, const U: usize>(
     lambda: &SVector<f64, X>,
     step: impl Fn([HyperDual64; X], [HyperDual64; U]) -> [HyperDual64; X],
-) -> (Linearization<X, U>, Curvature<X, U>) {
-    let mut first = Linearization::<X, U> {
-        a: SMatrix::zeros(),
-        b: SMatrix::zeros(),
-    };
-    let mut second = Curvature::<X, U> {
-        state: SMatrix::zeros(),
-        mixed: SMatrix::zeros(),
-        command: SMatrix::zeros(),
-    };
+) -> Composed<X, U> {
+    let mut composed = Composed::<X, U>::zeros();
     for i in 0..X + U {
         for j in i..X + U {
             let part = |index: usize| {
@@ -59,23 +53,23 @@ fn differentiated<const X: usize, const U: usize>(
             let curved = SVector::<f64, X>::from_fn(|row, _| end[row].eps1eps2).dot(lambda);
             match (i < X, j < X) {
                 (true, true) => {
-                    second.state[(i, j)] = curved;
-                    second.state[(j, i)] = curved;
+                    composed.state[(i, j)] = curved;
+                    composed.state[(j, i)] = curved;
                 }
-                (true, false) => second.mixed[(i, j - X)] = curved,
+                (true, false) => composed.mixed[(i, j - X)] = curved,
                 (false, _) => {
-                    second.command[(i - X, j - X)] = curved;
-                    second.command[(j - X, i - X)] = curved;
+                    composed.command[(i - X, j - X)] = curved;
+                    composed.command[(j - X, i - X)] = curved;
                 }
             }
             if i < X {
-                first.a.set_column(i, &column);
+                composed.a.set_column(i, &column);
             } else {
-                first.b.set_column(i - X, &column);
+                composed.b.set_column(i - X, &column);
             }
         }
     }
-    (first, second)
+    composed
 }
 
 fn found<const X: usize, const U: usize>(
@@ -84,44 +78,31 @@ fn found<const X: usize, const U: usize>(
     state: &BodyState,
     command: &SVector<f64, U>,
     lambda: &SVector<f64, X>,
-) -> (BodyState, Linearization<X, U>, Curvature<X, U>) {
-    let unset = f64::NAN;
-    let mut first = Linearization::<X, U> {
-        a: SMatrix::repeat(unset),
-        b: SMatrix::repeat(unset),
-    };
-    let mut second = Curvature::<X, U> {
-        state: SMatrix::repeat(unset),
-        mixed: SMatrix::repeat(unset),
-        command: SMatrix::repeat(unset),
-    };
+) -> (BodyState, Composed<X, U>) {
+    let (mut first, mut second) = (Linearization::default(), Curvature::default());
     let next = steps.next(k, state, command).unwrap();
     let end = steps.linearize(k, state, command, &mut first).unwrap();
     assert_eq!(next, end);
-    steps
-        .curvature(k, state, command, lambda, &mut second)
-        .unwrap();
-    let (mut one, mut two) = (first.clone(), second.clone());
-    one.a.fill(unset);
-    two.state.fill(unset);
+    let linear = Composed::<X, U>::of(&steps.inputs(), &first, &second);
     let at_once = steps
-        .expand(k, state, command, lambda, &mut one, &mut two)
+        .expand(k, state, command, lambda, &mut first, &mut second)
         .unwrap();
     assert_eq!(at_once, end);
-    assert_eq!((one.a, one.b), (first.a, first.b));
-    assert_eq!((two.state, two.mixed), (second.state, second.mixed));
-    (end, first, second)
+    let composed = Composed::<X, U>::of(&steps.inputs(), &first, &second);
+    assert_eq!((linear.a, linear.b), (composed.a, composed.b));
+    let (by_state, by_command) = first.backward(&steps.inputs(), lambda);
+    assert_close(&by_state, &composed.a.tr_mul(lambda), "Aᵀ λ");
+    assert_close(&by_command, &composed.b.tr_mul(lambda), "Bᵀ λ");
+    (end, composed)
 }
 
 fn assert_same<const X: usize, const U: usize>(
-    found: &(Linearization<X, U>, Curvature<X, U>),
-    expected: &(Linearization<X, U>, Curvature<X, U>),
+    found: &Composed<X, U>,
+    expected: &Composed<X, U>,
     what: &str,
 ) {
-    assert_close(&found.0.a, &expected.0.a, &format!("{what}, A"));
-    assert_close(&found.0.b, &expected.0.b, &format!("{what}, B"));
-    let [found, expected] = [&found.1, &expected.1];
-    assert_eq!(found.state, found.state.transpose(), "{what}");
+    assert_close(&found.a, &expected.a, &format!("{what}, A"));
+    assert_close(&found.b, &expected.b, &format!("{what}, B"));
     assert_close(&found.state, &expected.state, &format!("{what}, by state"));
     assert_close(&found.mixed, &expected.mixed, &format!("{what}, mixed"));
     assert_close(
@@ -142,7 +123,7 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
             let transfer = scene.transfer(dynamics);
             let steps = KickDriftKick::full(&transfer);
             let (command, lambda) = (random::<6>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
-            let (end, first, second) = found(&steps, 0, state, &command, &lambda);
+            let (end, derivatives) = found(&steps, 0, state, &command, &lambda);
             let load = transfer.actuation.matrix();
             let expected = differentiated::<12, 6>(&lambda, |z, v| {
                 let moved = State::of(state).moved(z);
@@ -150,11 +131,7 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
                     .step(dynamics, moved, control(load, &command, v))
                     .minus(&State::of(&end))
             });
-            assert_same(
-                &(first, second),
-                &expected,
-                &format!("{name}, {dynamics:?}"),
-            );
+            assert_same(&derivatives, &expected, &format!("{name}, {dynamics:?}"));
         }
     }
 }
@@ -177,7 +154,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
 
             let commands = DecoupledCommands::forces(&transfer.actuation).unwrap();
             let steps = KickDriftKick::translation(&transfer, &commands).unwrap();
-            let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
+            let (end, derivatives) = found(&steps, 1, &state, &command, &lambda);
             assert_eq!(
                 (end.attitude, end.angular_momentum),
                 (two.attitude, two.angular_momentum)
@@ -196,11 +173,11 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
                 let all = moved.minus(&State::of(&end));
                 std::array::from_fn(|i| all[i])
             });
-            assert_same(&(first, second), &expected, &format!("{what}, translation"));
+            assert_same(&derivatives, &expected, &format!("{what}, translation"));
 
             let commands = DecoupledCommands::moments(&transfer.actuation).unwrap();
             let steps = KickDriftKick::rotation(&transfer, &commands).unwrap();
-            let (end, first, second) = found(&steps, 1, &state, &command, &lambda);
+            let (end, derivatives) = found(&steps, 1, &state, &command, &lambda);
             assert_eq!(
                 (end.position, end.linear_momentum),
                 (two.position, two.linear_momentum)
@@ -226,7 +203,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
                 let all = moved.minus(&State::of(&end));
                 std::array::from_fn(|i| all[i + 6])
             });
-            assert_same(&(first, second), &expected, &format!("{what}, rotation"));
+            assert_same(&derivatives, &expected, &format!("{what}, rotation"));
         }
     }
 }

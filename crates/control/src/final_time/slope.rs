@@ -1,8 +1,8 @@
 use lgvi_dynamics::{BodyState, Load};
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 use crate::discrete::{
-    DecoupledCommands, DecouplingError, DiscreteDynamics, KickDriftKick, Linearization,
+    DecoupledCommands, DecouplingError, DiscreteDynamics, Inputs, KickDriftKick, Linearization,
 };
 use crate::problem::{Vector12, block};
 use crate::{Dynamics, Motion, Plan, Transfer};
@@ -74,10 +74,8 @@ fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
     free: &[Vector12],
 ) -> Result<f64, DecouplingError> {
     let own = |all: &Vector12| all.fixed_rows::<X>(first).into_owned();
-    let mut linear = Linearization {
-        a: SMatrix::zeros(),
-        b: SMatrix::zeros(),
-    };
+    let mut linear = Linearization::default();
+    let none = Inputs::<U>::none();
     let mut slope = 0.0;
     let intervals = plan.commands.iter().zip(&plan.multipliers);
     for (k, ((command, lambda), ends)) in intervals.zip(plan.states.windows(2)).enumerate() {
@@ -86,7 +84,7 @@ fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
             .map_err(|source| DecouplingError::Unsolvable { step: k, source })?;
         let control = transfer.actuation.load(command);
         let [begin, end] = changes(transfer, ends, &control, free.get(k..k + 2));
-        let change = linear.a * own(&begin) + own(&end);
+        let change = linear.forward(&none, &own(&begin), &SVector::zeros()) + own(&end);
         slope += transfer.actuation.cost(1.0, command) + own(lambda).dot(&change);
     }
     Ok(slope)
@@ -137,10 +135,8 @@ fn changes(
 /// the others are zero.
 fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, DecouplingError> {
     let steps = KickDriftKick::full(transfer);
-    let mut linear = Linearization {
-        a: SMatrix::zeros(),
-        b: SMatrix::zeros(),
-    };
+    let mut linear = Linearization::default();
+    let none = Inputs::<6>::none();
     let mut state = transfer.initial;
     let mut change = Vector12::zeros();
     let half = |change: &Vector12| {
@@ -155,7 +151,7 @@ fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, Decou
             .linearize(step, &state, &SVector::zeros(), &mut linear)
             .map_err(|source| DecouplingError::Unsolvable { step, source })?;
         let [begin, end] = changes(transfer, &[state, next], &Load::default(), None);
-        change = linear.a * (change + begin) + end;
+        change = linear.forward(&none, &(change + begin), &SVector::<f64, 6>::zeros()) + end;
         all.push(half(&change));
         state = next;
     }

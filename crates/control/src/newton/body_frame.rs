@@ -53,7 +53,7 @@ impl BodyFrame {
         gradient: &SVector<f64, U>,
         command: &SVector<f64, U>,
         state: &mut SMatrix<f64, X, X>,
-        mixed: &mut SMatrix<f64, X, U>,
+        mixed: &mut SMatrix<f64, U, X>,
     ) {
         let r = gradient.fixed_rows::<3>(self.moment).into_owned();
         let u = command.fixed_rows::<3>(self.moment).into_owned();
@@ -62,7 +62,7 @@ impl BodyFrame {
             Matrix3::from_diagonal_element(r.dot(&u)) - 0.5 * (outer + outer.transpose());
         let mut state = state.fixed_view_mut::<3, 3>(self.attitude, self.attitude);
         state += by_attitude;
-        let mut mixed = mixed.fixed_view_mut::<3, 3>(self.attitude, self.moment);
-        mixed += hat(&r);
+        let mut mixed = mixed.fixed_view_mut::<3, 3>(self.moment, self.attitude);
+        mixed -= hat(&r);
     }
 }

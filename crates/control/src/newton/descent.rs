@@ -18,7 +18,7 @@ const POLICIES: ModelSettings = ModelSettings {
     curvature: 0.0,
     augmentation: 10.0,
     damping: 0.0,
-    gains: false,
+    gains: None,
 };
 /// Trial lengths, as powers of two times the length at which the direction alone costs as much as the plan.
 const LENGTHS: std::ops::RangeInclusive<i32> = -10..=3;
@@ -75,8 +75,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             } else {
                 policy.state.tr_mul(&z)
             };
-            let dynamics = &model.dynamics[k];
-            z = dynamics.a * z + dynamics.b * v;
+            z = model.dynamics[k].forward(&model.inputs, &z, &v);
             direction.commands[k] = v;
             direction.states[k + 1] = z;
         }

@@ -10,6 +10,8 @@ use crate::discrete::DiscreteDynamics;
 /// The largest relative error that a reused model corrects, and the factor by which each step must reduce the error.
 const FOLLOWED: f64 = 0.02;
 const FALL: f64 = 0.2;
+/// The error after a step, in multiples of the product of the errors before it and of the model.
+const USUAL: f64 = 0.01;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     /// Continues with the existing model and its old second derivatives (the chord method) as long as this converges
@@ -29,7 +31,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         Q: Inequalities<X, U>,
     {
         let mut error = FOLLOWED;
+        let own = standing.stationarity;
         loop {
+            // Before what is probably the last look at this iterate.
+            if USUAL * own * standing.stationarity <= tolerances.stationarity {
+                self.fly_home(problem, inequalities, tolerances.violation, standing);
+            }
             let change = self.model.follow(problem, &self.iterate).ok()?;
             self.measure(problem, standing);
             let found = standing.violation.max(standing.stationarity);
@@ -38,6 +45,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return None;
             }
             if standing.stationarity <= tolerances.stationarity {
+                self.followed = self.model.terminal(&self.model.miss) <= tolerances.violation;
                 let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
                 if miss <= tolerances.violation {
                     standing.violation = miss;

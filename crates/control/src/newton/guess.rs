@@ -90,19 +90,17 @@ where
     states.push(*to);
     states[0] = problem.initial;
 
-    let mut linear = Linearization {
-        a: SMatrix::zeros(),
-        b: SMatrix::zeros(),
-    };
+    let mut linear = Linearization::default();
     let idle = SVector::zeros();
     // The effect of commands hardly differs from step to step.
     problem
         .steps
         .linearize(0, &states[0], &idle, &mut linear)
         .map_err(|source| (0, source))?;
-    let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * linear.b[(i, j)]);
+    let b: SMatrix<f64, X, U> = linear.by_command(&problem.steps.inputs());
+    let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * b[(i, j)]);
     // A share of the cost so small that it only bounds commands that have no effect.
-    let normal = weighted.tr_mul(&linear.b) + (1e-9 * h) * problem.weight;
+    let normal = weighted.tr_mul(&b) + (1e-9 * h) * problem.weight;
     let factor = normal.cholesky();
     let mut commands = Vec::with_capacity(problem.intervals);
     for k in 0..problem.intervals {
@@ -123,43 +121,88 @@ where
     })
 }
 
-/// Resamples an iterate to the problem's intervals over the same time, linearly between its stages.
-pub(crate) fn resampled<S, E, const X: usize, const U: usize>(
-    problem: &Problem<'_, S, E, X, U>,
+/// Resamples an iterate to `fine` intervals over the same time, linearly between its stages.
+pub(crate) fn resampled<S, const X: usize, const U: usize>(
+    steps: &S,
+    fine: usize,
     from: &Iterate<X, U>,
 ) -> Iterate<X, U>
 where
     S: DiscreteDynamics<X, U>,
 {
-    let (coarse, fine) = (from.commands.len(), problem.intervals);
+    let coarse = from.commands.len();
     let ratio = coarse as f64 / fine as f64;
-    let between = |position: f64, last: usize| {
-        let below = (position.max(0.0) as usize).min(last.saturating_sub(1));
-        (below, position - below as f64)
-    };
     let states = (0..=fine)
         .map(|k| {
             let (below, part) = between(k as f64 * ratio, coarse);
-            let z = problem
-                .steps
-                .difference(&from.states[below], &from.states[below + 1]);
-            problem.steps.moved(&from.states[below], &(part * z))
-        })
-        .collect();
-    let commands = (0..fine)
-        .map(|k| {
-            let (below, part) = between((k as f64 + 0.5) * ratio - 0.5, coarse - 1);
-            let (w, next) = (
-                from.commands[below],
-                from.commands[(below + 1).min(coarse - 1)],
-            );
-            w + part * (next - w)
+            let z = steps.difference(&from.states[below], &from.states[below + 1]);
+            steps.moved(&from.states[below], &(part * z))
         })
         .collect();
     Iterate {
         states,
-        commands,
+        commands: resampled_commands(&from.commands, fine),
         nu: from.nu,
+    }
+}
+
+/// The index below a position among `0 … last`, and the distance from it.
+fn between(position: f64, last: usize) -> (usize, f64) {
+    let below = (position.max(0.0) as usize).min(last.saturating_sub(1));
+    (below, position - below as f64)
+}
+
+fn resampled_commands<const U: usize>(
+    from: &[SVector<f64, U>],
+    fine: usize,
+) -> Vec<SVector<f64, U>> {
+    let coarse = from.len();
+    let ratio = coarse as f64 / fine as f64;
+    let command = |k: usize| {
+        let (below, part) = between((k as f64 + 0.5) * ratio - 0.5, coarse - 1);
+        let (w, next) = (from[below], from[(below + 1).min(coarse - 1)]);
+        w + part * (next - w)
+    };
+    (0..fine).map(command).collect()
+}
+
+/// `fine + share (fine − coarse)` at the stages of `fine` (Richardson's extrapolation). The difference is interpolated
+/// linearly.
+pub(crate) fn extrapolated<S, const X: usize, const U: usize>(
+    steps: &S,
+    fine: &Iterate<X, U>,
+    coarse: &Iterate<X, U>,
+    share: f64,
+) -> Iterate<X, U>
+where
+    S: DiscreteDynamics<X, U>,
+{
+    let (intervals, stages) = (coarse.commands.len(), fine.commands.len());
+    let known = resampled(steps, intervals, fine);
+    let ratio = intervals as f64 / stages as f64;
+    let pairs = || coarse.states.iter().zip(&known.states);
+    let differences: Vec<_> = pairs()
+        .map(|(coarse, fine)| share * steps.difference(coarse, fine))
+        .collect();
+    let states = fine.states.iter().enumerate().map(|(k, state)| {
+        let (below, part) = between(k as f64 * ratio, intervals);
+        let [z, next] = [differences[below], differences[below + 1]];
+        steps.moved(state, &(z + part * (next - z)))
+    });
+    let pairs = coarse.commands.iter().zip(&known.commands);
+    let differences: Vec<_> = pairs
+        .map(|(coarse, fine)| share * (fine - coarse))
+        .collect();
+    let more = resampled_commands(&differences, stages);
+    Iterate {
+        states: states.collect(),
+        commands: fine
+            .commands
+            .iter()
+            .zip(more)
+            .map(|(w, more)| w + more)
+            .collect(),
+        nu: fine.nu + share * (fine.nu - coarse.nu),
     }
 }
 
@@ -173,7 +216,7 @@ pub(crate) fn kept<S, E, const X: usize, const U: usize>(
 where
     S: DiscreteDynamics<X, U>,
 {
-    let mut iterate = resampled(problem, from);
+    let mut iterate = resampled(problem.steps, problem.intervals, from);
     let ratio = policies.len() as f64 / problem.intervals as f64;
     iterate.states[0] = problem.initial;
     let mut state = problem.initial;

@@ -9,8 +9,13 @@ use crate::discrete::DiscreteDynamics;
 /// The Newton iteration for one N, with all its buffers.
 pub(crate) struct Newton<const X: usize, const U: usize> {
     pub(crate) model: Model<X, U>,
-    /// The error at the point where the model was made, if the model is exact and has gains; otherwise infinite.
+    /// The error at the point where the model was made, if the model is exact and has gains and the conditions are
+    /// independent; otherwise infinite.
     pub(crate) solved_at: f64,
+    /// True if the model's first derivatives, costates and errors are those of the current iterate.
+    pub(crate) followed: bool,
+    /// The augmentation of the last model.
+    pub(crate) augmentation: f64,
     pub(super) direction: Direction<X, U>,
     pub(super) weights: Weights<X>,
     /// The current iterate.
@@ -30,6 +35,22 @@ pub(crate) struct Tolerances {
     pub(crate) near: f64,
     /// Maximum number of Newton steps.
     pub(crate) iterations: u32,
+    /// True if the step of the last model is taken although the tolerances are met.
+    pub(crate) beyond: bool,
+}
+
+/// How close an initial guess is to the solution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Closeness {
+    /// A path without multipliers.
+    Rough,
+    /// The solution of another problem or at another resolution.
+    Far,
+    /// So close that the gains of the first model may be those of the solution.
+    Close {
+        /// The augmentation to begin with.
+        augmentation: f64,
+    },
 }
 
 /// Current state of an iteration.
@@ -84,7 +105,7 @@ pub(crate) enum Ended {
 
 /// Augmentations in the order of trial. A slender axis is less stiff than the others by the square of the ratio of
 /// inertias.
-const AUGMENTATIONS: [f64; 5] = [10.0, 300.0, 1e4, 1e6, 1e8];
+pub(crate) const AUGMENTATIONS: [f64; 5] = [10.0, 300.0, 1e4, 1e6, 1e8];
 /// The least nonzero damping, and the largest.
 const DAMPINGS: [f64; 2] = [1e-7, 1e8];
 /// Damping of the first step from a rough guess.
@@ -94,14 +115,21 @@ const RAISE: f64 = 8.0;
 const LOWER: f64 = 4.0;
 /// A step between stationary iterates must reduce the violation at least by this factor.
 const LEFT: f64 = 0.99;
+/// Relative error below which the next step changes gains and condition by one percent at most, which is less than the
+/// accuracy that feedback needs. Convexity with the margin of the pivots survives these steps.
+pub(crate) const REUSED: f64 = 2e-3;
+/// Stationarity of the later stages above which the whole is not expected to be below [`REUSED`].
+const WORTHLESS: f64 = 2.0 * REUSED;
 /// Stationarity below which a model may be reused after a full step.
-const CLOSE: f64 = 2e-3;
+const CLOSE: f64 = REUSED;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
         Self {
             model: Model::new(intervals),
             solved_at: f64::INFINITY,
+            followed: false,
+            augmentation: AUGMENTATIONS[0],
             direction: Direction::new(intervals),
             weights: Weights {
                 defects: SVector::zeros(),
@@ -113,14 +141,13 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    /// Iterates until `tolerances` are met. With a `rough` initial guess, which has no multipliers, the first step is a
-    /// damped Gauss–Newton step.
+    /// Iterates until `tolerances` are met. From a rough guess, the first step is a damped Gauss–Newton step.
     pub(crate) fn run<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         tolerances: &Tolerances,
-        rough: bool,
+        guess: Closeness,
         standing: &mut Standing,
         mut observe: impl FnMut(&Standing) -> bool,
     ) -> Ended
@@ -131,31 +158,38 @@ impl<const X: usize, const U: usize> Newton<X, U> {
     {
         let begun = standing.iteration;
         let last = begun + tolerances.iterations;
+        let (augmentation, gains) = match guess {
+            Closeness::Close { augmentation } => (augmentation, Some(WORTHLESS)),
+            _ => (AUGMENTATIONS[0], None),
+        };
+        let rough = guess == Closeness::Rough;
         let mut settings = ModelSettings {
             curvature: if rough { 0.0 } else { 1.0 },
-            augmentation: AUGMENTATIONS[0],
+            augmentation,
             damping: if rough { BEGIN } else { 0.0 },
-            gains: begun == 0 && !rough,
+            gains,
         };
         self.weights.defects.fill(0.0);
         self.weights.miss.fill(0.0);
         // Violation of the last stationary iterate with the same barrier parameter.
         let mut left = f64::INFINITY;
         let mut tightened = false;
+        self.followed = false;
         loop {
             if let Err(error) = self.model_convex(problem, inequalities, &mut settings) {
                 return Ended::Failed(error);
             }
             let start = &mut self.model.start;
-            let nu = start
-                .multipliers()
-                .or_else(|| start.dependent_multipliers(tolerances.violation));
+            let nu = start.multipliers();
+            let independent = nu.is_some();
+            let nu = nu.or_else(|| start.dependent_multipliers(tolerances.violation));
             let Some(nu) = nu else {
                 return Ended::Failed(ModelError::Dependent);
             };
+            self.augmentation = settings.augmentation;
             self.measure(problem, standing);
             let exact = settings.curvature == 1.0 && settings.damping == 0.0;
-            self.solved_at = if exact && settings.gains {
+            self.solved_at = if exact && independent && self.model.has_gains {
                 standing.violation.max(standing.stationarity)
             } else {
                 f64::INFINITY
@@ -170,7 +204,14 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             let meets = standing.violation <= tolerances.violation;
             let stationary = standing.stationarity <= tolerances.stationarity;
             match inequalities.satisfied() {
-                Satisfied::Yes if meets && stationary => return Ended::Converged,
+                Satisfied::Yes if meets && stationary => {
+                    if tolerances.beyond {
+                        self.direction
+                            .solve(&self.model, nu, &SVector::zeros(), inequalities);
+                        self.search(problem, inequalities, standing);
+                    }
+                    return Ended::Converged;
+                }
                 Satisfied::ToRounding if meets => return Ended::Converged,
                 Satisfied::Never => return Ended::Infeasible,
                 // The commands do not change these conditions to first order.
@@ -213,8 +254,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     }
                 }
                 settings.curvature = 1.0;
-                // Gains of a level's first model are of no use: it is made far from the solution.
-                settings.gains = true;
+                settings.gains = Some(f64::INFINITY);
                 if standing.length < 1.0 {
                     settings.damping = (settings.damping * RAISE).max(DAMPINGS[0]);
                 } else {

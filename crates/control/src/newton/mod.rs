@@ -14,6 +14,6 @@ mod trial;
 
 pub(crate) use body_frame::BodyFrame;
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
-pub(crate) use iteration::{Ended, Newton, Standing, Tolerances};
+pub(crate) use iteration::{AUGMENTATIONS, Closeness, Ended, Newton, REUSED, Standing, Tolerances};
 pub(crate) use model::ModelSettings;
 pub(crate) use problem::{Iterate, Problem, strictness};

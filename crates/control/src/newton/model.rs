@@ -3,8 +3,8 @@ use nalgebra::{SMatrix, SVector};
 
 use super::conditions::{Ending, Inequalities};
 use super::problem::{Iterate, Problem};
-use crate::discrete::{Curvature, DiscreteDynamics, Linearization};
-use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, StageModel};
+use crate::discrete::{Curvature, DiscreteDynamics, Inputs, Linearization};
+use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, Stage, StageModel};
 
 /// Settings of a model.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,14 +15,16 @@ pub(crate) struct ModelSettings {
     pub(crate) augmentation: f64,
     /// Damping of the variations, in multiples of the problem's metric.
     pub(crate) damping: f64,
-    /// True if gains are computed, provided that room for them was allocated.
-    pub(crate) gains: bool,
+    /// The stationarity up to which gains are of use, if they are computed. There must be room for them.
+    pub(crate) gains: Option<f64>,
 }
 
 /// The linear-quadratic model of all stages about an iterate, and its solution.
 pub(crate) struct Model<const X: usize, const U: usize> {
-    /// `A_k`, `B_k`
-    pub(crate) dynamics: Vec<Linearization<X, U>>,
+    /// `A_k`
+    pub(crate) dynamics: Vec<Linearization>,
+    /// The effects of the commands.
+    pub(crate) inputs: Inputs<U>,
     /// `d_k`: the difference between `s_{k+1}` and the result of the step from `s_k`.
     pub(crate) defects: Vec<SVector<f64, X>>,
     /// `λ_k` for the iterate's ν: the multiplier equation (4.26), solved backward.
@@ -37,6 +39,8 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) augmentation: SVector<f64, X>,
     /// Gains of the neighboring extremals (see [`CostToGo::gain`]); empty if they are not wanted.
     pub(crate) gains: Vec<SMatrix<f64, U, X>>,
+    /// True if the gains are those of the last model.
+    pub(crate) has_gains: bool,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
     /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`, in [`Problem::command_units`].
@@ -60,16 +64,14 @@ pub(crate) enum ModelError {
 
 impl<const X: usize, const U: usize> Model<X, U> {
     pub(crate) fn new(intervals: usize) -> Self {
-        let linearization = Linearization {
-            a: SMatrix::zeros(),
-            b: SMatrix::zeros(),
-        };
         Self {
-            dynamics: vec![linearization; intervals],
+            dynamics: vec![Linearization::default(); intervals],
+            inputs: Inputs::none(),
             defects: vec![SVector::zeros(); intervals],
             costates: vec![SVector::zeros(); intervals],
             policies: vec![Policy::zeros(); intervals],
             gains: Vec::new(),
+            has_gains: false,
             miss: SVector::zeros(),
             strictness: SVector::repeat(1.0),
             augmentation: SVector::zeros(),
@@ -81,16 +83,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             }),
             stationarity: f64::INFINITY,
             largest: 0.0,
-            stage: StageModel {
-                hessian: Curvature {
-                    state: SMatrix::zeros(),
-                    mixed: SMatrix::zeros(),
-                    command: SMatrix::zeros(),
-                },
-                state_gradient: SVector::zeros(),
-                command_gradient: SVector::zeros(),
-                defect: SVector::zeros(),
-            },
+            stage: StageModel::zeros(),
         }
     }
 
@@ -113,6 +106,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         Q: Inequalities<X, U>,
     {
         let steps = problem.steps;
+        self.inputs = steps.inputs();
         let curvature = settings.curvature;
         let last = problem.intervals;
         let end = &iterate.states[last];
@@ -129,6 +123,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let mut cost = CostToGo::end(&end_model);
         costate += inequalities.state_force(last - 1, end);
 
+        self.has_gains = settings.gains.is_some() && !self.gains.is_empty();
         self.stationarity = 0.0;
         self.largest = 0.0;
         let weight = problem.h * problem.weight;
@@ -137,22 +132,25 @@ impl<const X: usize, const U: usize> Model<X, U> {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
             let dynamics = &mut self.dynamics[k];
             let next = if curvature > 0.0 {
-                steps.expand(k, state, command, &costate, dynamics, &mut stage.hessian)
+                steps.expand(k, state, command, &costate, dynamics, &mut stage.curvature)
             } else {
-                stage.hessian.state.fill(0.0);
-                stage.hessian.mixed.fill(0.0);
-                stage.hessian.command.fill(0.0);
+                stage.curvature = Curvature::default();
                 steps.linearize(k, state, command, dynamics)
             }
             .map_err(|source| ModelError::Step { step: k, source })?;
             stage.defect = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             stage.command_gradient = weight * command;
-            stage.state_gradient.fill(0.0);
+            stage.command = weight;
+            stage.state = SMatrix::zeros();
+            stage.mixed = SMatrix::zeros();
+            stage.state_gradient = SVector::zeros();
 
+            let by_command;
+            (costate, by_command) = dynamics.backward(&self.inputs, &costate);
             let terms = [
                 stage.command_gradient,
-                dynamics.b.tr_mul(&costate),
+                by_command,
                 inequalities.command_force(k, command),
             ];
             let residual = terms[0] + terms[1] + terms[2];
@@ -162,45 +160,43 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 .iter()
                 .fold(self.largest, |most, term| most.max(size(term)));
 
-            if curvature > 0.0 {
-                if curvature < 1.0 {
-                    stage.hessian.state *= curvature;
-                    stage.hessian.mixed *= curvature;
-                    stage.hessian.command *= curvature;
-                }
-                if let Some(body_frame) = problem.body_frame {
-                    let Curvature { state, mixed, .. } = &mut stage.hessian;
-                    body_frame.curve(&residual, command, state, mixed);
-                }
+            if curvature > 0.0
+                && let Some(body_frame) = problem.body_frame
+            {
+                body_frame.curve(&residual, command, &mut stage.state, &mut stage.mixed);
             }
-            stage.hessian.command += weight;
             if settings.damping > 0.0 {
-                stage.hessian.command += settings.damping * weight;
+                stage.command += settings.damping * weight;
                 for (i, metric) in problem.metric.iter().enumerate() {
-                    stage.hessian.state[(i, i)] += settings.damping * problem.h * metric;
+                    stage.state[(i, i)] += settings.damping * problem.h * metric;
                 }
             }
-            inequalities.add_command(
-                k,
-                command,
-                &mut stage.hessian.command,
-                &mut stage.command_gradient,
-            );
-            costate = dynamics.a.tr_mul(&costate);
+            inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
             if k > 0 {
                 inequalities.add_state(
                     k - 1,
                     state,
                     curvature,
-                    &mut stage.hessian.state,
+                    &mut stage.state,
                     &mut stage.state_gradient,
                 );
                 costate += inequalities.state_force(k - 1, state);
             }
-            cost.sweep(stage, dynamics, &mut self.policies[k])
+            let whole = Stage {
+                model: stage,
+                step: dynamics,
+                inputs: &self.inputs,
+            };
+            cost.sweep(whole, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
-            if let (true, Some(gain)) = (settings.gains, self.gains.get_mut(k)) {
-                *gain = cost.gain(&self.policies[k], &softness);
+            if settings
+                .gains
+                .is_some_and(|bound| self.stationarity > bound * self.largest)
+            {
+                self.has_gains = false;
+            }
+            if let (true, Some(gain)) = (self.has_gains, self.gains.get_mut(k)) {
+                cost.gain(&self.policies[k], &softness, gain);
             }
             self.defects[k] = stage.defect;
         }
@@ -241,11 +237,18 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 .map_err(|source| ModelError::Step { step: k, source })?;
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
-            let residual = weight * command + dynamics.b.tr_mul(&costate);
+            let (before, by_command) = dynamics.backward(&self.inputs, &costate);
+            let residual = weight * command + by_command;
             let size = problem.command_units.component_mul(&residual).amax();
             self.stationarity = self.stationarity.max(size);
-            costate = dynamics.a.tr_mul(&costate);
-            self.policies[k].follow(&residual, dynamics, &mut gradient, &mut offset);
+            costate = before;
+            self.policies[k].follow(
+                &residual,
+                dynamics,
+                &self.inputs,
+                &mut gradient,
+                &mut offset,
+            );
         }
         self.start.correction(&offset).ok_or(ModelError::Dependent)
     }

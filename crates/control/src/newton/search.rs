@@ -123,7 +123,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let mut largest = SVector::<f64, X>::zeros();
         for k in (0..problem.intervals).rev() {
             largest = largest.sup(&self.model.costates[k].abs().sup(&costate.abs()));
-            costate = self.model.dynamics[k].a.tr_mul(&costate);
+            (costate, _) = self.model.dynamics[k].backward(&self.model.inputs, &costate);
         }
         self.weights.defects = (0.5 * self.weights.defects).sup(&(2.0 * largest));
         let nu = self.direction.nu.abs().sup(&self.iterate.nu.abs());

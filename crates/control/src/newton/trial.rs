@@ -65,8 +65,7 @@ impl<const X: usize, const U: usize> Direction<X, U> {
         let mut z = SVector::zeros();
         for (k, policy) in model.policies.iter().enumerate() {
             let v = policy.command(&z, &nu);
-            let dynamics = &model.dynamics[k];
-            z = dynamics.a * z + dynamics.b * v + model.defects[k];
+            z = model.dynamics[k].forward(&model.inputs, &z, &v) + model.defects[k];
             self.commands[k] = v;
             self.states[k + 1] = z;
             inequalities.direct(k, &z, &v);

@@ -4,13 +4,84 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
+use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature};
+use crate::discrete::tests::composed::Composed;
 
 fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f64, R, C> {
     SMatrix::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
 }
 
 /// The model and the dynamics of a stage.
-type Stage<const X: usize, const U: usize> = (StageModel<X, U>, Linearization<X, U>);
+#[derive(Clone)]
+struct RandomStage<const X: usize, const U: usize> {
+    model: StageModel<X, U>,
+    step: Linearization,
+    inputs: Inputs<U>,
+}
+
+impl<const X: usize, const U: usize> RandomStage<X, U> {
+    fn sweep(&self, cost: &mut CostToGo<X>, policy: &mut Policy<X, U>) -> Result<(), NotConvex> {
+        let stage = Stage {
+            model: &self.model,
+            step: &self.step,
+            inputs: &self.inputs,
+        };
+        cost.sweep(stage, policy)
+    }
+
+    /// The stage's model and dynamics, multiplied out.
+    fn composed(&self) -> Composed<X, U> {
+        let mut all = Composed::of(&self.inputs, &self.step, &self.model.curvature);
+        all.state += self.model.state;
+        all.mixed += self.model.mixed.transpose();
+        all.command += self.model.command;
+        all
+    }
+}
+
+/// Random blocks, symmetric as a whole if `symmetric`.
+fn blocks(rng: &mut Rng, size: f64, symmetric: bool) -> Blocks {
+    let mut blocks: Blocks = std::array::from_fn(|_| std::array::from_fn(|_| random(rng, size)));
+    if symmetric {
+        let of: Blocks = blocks;
+        for (i, row) in blocks.iter_mut().enumerate() {
+            for (j, block) in row.iter_mut().enumerate() {
+                *block = 0.5 * (of[i][j] + of[j][i].transpose());
+            }
+        }
+    }
+    blocks
+}
+
+/// A random step of either scheme, with its curvature: of center of mass and attitude, or of one of them.
+fn step<const X: usize>(
+    rng: &mut Rng,
+    two_kicks: bool,
+    glides: bool,
+) -> (Linearization, Curvature) {
+    let turns = X == 12 || !glides;
+    let unit = nalgebra::Matrix3::identity();
+    let symmetric = |m: nalgebra::Matrix3<f64>| 0.5 * (m + m.transpose());
+    let linear = Linearization {
+        before: two_kicks.then(|| blocks(rng, 0.3, false)),
+        glide: glides.then_some(0.3),
+        turn: turns.then(|| Turn {
+            pose: unit + random::<3, 3>(rng, 0.3),
+            pose_by_momentum: random(rng, 0.3),
+            momentum: unit + random::<3, 3>(rng, 0.3),
+        }),
+        after: blocks(rng, 0.3, false),
+    };
+    let curvature = Curvature {
+        before: two_kicks.then(|| blocks(rng, 0.1, true)),
+        turn: turns.then(|| TurnCurvature {
+            pose_momentum: random(rng, 0.1),
+            momentum_momentum: symmetric(random(rng, 0.1)),
+        }),
+        after: Some(blocks(rng, 0.1, true)),
+    };
+    (linear, curvature)
+}
 
 /// A random problem with `conditions` of its X terminal conditions; `convexity` shifts the state Hessians.
 fn problem<const X: usize, const U: usize>(
@@ -18,26 +89,32 @@ fn problem<const X: usize, const U: usize>(
     intervals: usize,
     conditions: usize,
     convexity: f64,
-) -> (Vec<Stage<X, U>>, EndModel<X>) {
+) -> (Vec<RandomStage<X, U>>, EndModel<X>) {
     let symmetric = |m: SMatrix<f64, X, X>| 0.5 * (m + m.transpose());
+    let two_kicks = rng.bool();
+    let glides = X == 12 || rng.bool();
+    let inputs = Inputs {
+        before: two_kicks.then(|| KickInputs::new(std::array::from_fn(|_| random(rng, 1.0)))),
+        after: KickInputs::new(std::array::from_fn(|_| random(rng, 1.0))),
+    };
     let stages = (0..intervals)
         .map(|_| {
             let command = random::<U, U>(rng, 0.3);
+            let (step, curvature) = step::<X>(rng, two_kicks, glides);
             let model = StageModel {
-                hessian: Curvature {
-                    state: symmetric(random(rng, 0.1)) + convexity * SMatrix::identity(),
-                    mixed: random(rng, 0.1),
-                    command: 0.5 * (command + command.transpose()) + 3.0 * SMatrix::identity(),
-                },
+                curvature,
+                state: symmetric(random(rng, 0.1)) + convexity * SMatrix::identity(),
+                mixed: random(rng, 0.1),
+                command: 0.5 * (command + command.transpose()) + 3.0 * SMatrix::identity(),
                 state_gradient: random(rng, 1.0),
                 command_gradient: random(rng, 1.0),
                 defect: random(rng, 1.0),
             };
-            let dynamics = Linearization {
-                a: SMatrix::identity() + random::<X, X>(rng, 0.3),
-                b: random(rng, 1.0),
-            };
-            (model, dynamics)
+            RandomStage {
+                model,
+                step,
+                inputs: inputs.clone(),
+            }
         })
         .collect();
     let mut jacobian = random::<X, X>(rng, 1.0);
@@ -61,20 +138,20 @@ type Swept<const X: usize, const U: usize> =
 
 /// Solves the problem by the sweep.
 fn swept<const X: usize, const U: usize>(
-    stages: &[Stage<X, U>],
+    stages: &[RandomStage<X, U>],
     end: &EndModel<X>,
 ) -> Result<Swept<X, U>, NotConvex> {
     let mut cost = CostToGo::end(end);
     let mut policies = vec![Policy::zeros(); stages.len()];
-    for ((model, dynamics), policy) in stages.iter().zip(&mut policies).rev() {
-        cost.sweep(model, dynamics, policy)?;
+    for (stage, policy) in stages.iter().zip(&mut policies).rev() {
+        stage.sweep(&mut cost, policy)?;
     }
     let nu = cost.multipliers().ok_or(NotConvex)?;
     let mut z = SVector::zeros();
     let (mut states, mut commands) = (vec![], vec![]);
-    for ((model, dynamics), policy) in stages.iter().zip(&policies) {
+    for (stage, policy) in stages.iter().zip(&policies) {
         let v = policy.command(&z, &nu);
-        z = dynamics.a * z + dynamics.b * v + model.defect;
+        z = stage.step.forward(&stage.inputs, &z, &v) + stage.model.defect;
         states.push(z);
         commands.push(v);
     }
@@ -84,7 +161,7 @@ fn swept<const X: usize, const U: usize>(
 /// Solves the problem by LU factorization of the optimality conditions in all unknowns at once: `[v_k, z_{k+1}]`,
 /// `λ_k`, ν.
 fn dense<const X: usize, const U: usize>(
-    stages: &[Stage<X, U>],
+    stages: &[RandomStage<X, U>],
     end: &EndModel<X>,
     conditions: usize,
 ) -> DVector<f64> {
@@ -93,25 +170,24 @@ fn dense<const X: usize, const U: usize>(
     let size = primal + n * X + conditions;
     let mut kkt = DMatrix::zeros(size, size);
     let mut right = DVector::zeros(size);
-    for (k, (stage, dynamics)) in stages.iter().enumerate() {
+    for (k, RandomStage { model, .. }) in stages.iter().enumerate() {
+        let stage = stages[k].composed();
         let (v, z, row) = (k * width, k * width + U, primal + k * X);
-        kkt.view_mut((v, v), (U, U))
-            .copy_from(&stage.hessian.command);
-        right.rows_mut(v, U).copy_from(&-stage.command_gradient);
+        kkt.view_mut((v, v), (U, U)).copy_from(&stage.command);
+        right.rows_mut(v, U).copy_from(&-model.command_gradient);
         // z⁺ − A z − B v = d
         kkt.view_mut((row, z), (X, X)).fill_with_identity();
-        kkt.view_mut((row, v), (X, U)).copy_from(&-dynamics.b);
-        right.rows_mut(row, X).copy_from(&stage.defect);
+        kkt.view_mut((row, v), (X, U)).copy_from(&-stage.b);
+        right.rows_mut(row, X).copy_from(&model.defect);
         if k > 0 {
             let before = z - width;
             kkt.view_mut((before, before), (X, X))
-                .copy_from(&stage.hessian.state);
-            kkt.view_mut((before, v), (X, U))
-                .copy_from(&stage.hessian.mixed);
+                .copy_from(&stage.state);
+            kkt.view_mut((before, v), (X, U)).copy_from(&stage.mixed);
             kkt.view_mut((v, before), (U, X))
-                .copy_from(&stage.hessian.mixed.transpose());
-            right.rows_mut(before, X).copy_from(&-stage.state_gradient);
-            kkt.view_mut((row, before), (X, X)).copy_from(&-dynamics.a);
+                .copy_from(&stage.mixed.transpose());
+            right.rows_mut(before, X).copy_from(&-model.state_gradient);
+            kkt.view_mut((row, before), (X, X)).copy_from(&-stage.a);
         }
     }
     let last = primal - X;
@@ -184,29 +260,30 @@ fn convexity_is_that_of_what_the_conditions_leave_free() {
 fn long_arcs_lose_nothing() {
     for intervals in [2_usize, 1000, 100_000] {
         let h = (intervals as f64).recip();
-        let stage = StageModel::<2, 1> {
-            hessian: Curvature {
-                state: SMatrix::zeros(),
-                mixed: SMatrix::zeros(),
+        let stage = RandomStage {
+            model: StageModel::<6, 3> {
                 command: SMatrix::identity() * h,
+                ..StageModel::zeros()
             },
-            state_gradient: SVector::zeros(),
-            command_gradient: SVector::zeros(),
-            defect: SVector::zeros(),
+            step: Linearization {
+                glide: Some(h),
+                ..Linearization::default()
+            },
+            inputs: Inputs {
+                before: None,
+                after: KickInputs::new([SMatrix::identity() * h, SMatrix::zeros()]),
+            },
         };
-        let dynamics = Linearization {
-            a: SMatrix::<f64, 2, 2>::new(1.0, h, 0.0, 1.0),
-            b: SMatrix::<f64, 2, 1>::new(0.0, h),
-        };
-        let wanted = SVector::<f64, 2>::new(1.0, 0.0);
-        let weights = SMatrix::<f64, 2, 2>::from_diagonal(&SVector::<f64, 2>::new(120.0, 40.0));
+        let wanted = SVector::<f64, 6>::from_fn(|i, _| if i < 3 { 1.0 } else { 0.0 });
+        let weights = SVector::<f64, 6>::from_fn(|i, _| if i < 3 { 120.0 } else { 40.0 });
+        let weights = SMatrix::<f64, 6, 6>::from_diagonal(&weights);
         let end = EndModel {
             hessian: weights,
             gradient: -(weights * wanted),
             jacobian: SMatrix::identity(),
             residual: -wanted,
         };
-        let stages = vec![(stage, dynamics); intervals];
+        let stages = vec![stage; intervals];
         let (states, commands, _) = swept(&stages, &end).unwrap();
         assert!((states[intervals - 1] - wanted).amax() < 1e-11);
         let (first, last) = (commands[0][0], commands[intervals - 1][0]);
@@ -228,10 +305,11 @@ fn gains_are_those_of_neighboring_optima() {
     let (stages, end) = problem::<6, 3>(&mut rng, 20, 6, 0.5);
     let mut cost = CostToGo::end(&end);
     let mut policy = Policy::zeros();
-    for (model, dynamics) in stages.iter().rev() {
-        cost.sweep(model, dynamics, &mut policy).unwrap();
+    for stage in stages.iter().rev() {
+        stage.sweep(&mut cost, &mut policy).unwrap();
     }
-    let gain = cost.gain(&policy, &SVector::zeros());
+    let mut gain = SMatrix::zeros();
+    cost.gain(&policy, &SVector::zeros(), &mut gain);
     let (_, commands, _) = swept(&stages, &end).unwrap();
     for i in 0..6 {
         let mut off = SVector::<f64, 6>::zeros();
@@ -239,10 +317,31 @@ fn gains_are_those_of_neighboring_optima() {
         // A start off by `off` is equivalent to a change of the first defect and of the first command gradient by its
         // contributions.
         let mut moved = stages.clone();
-        moved[0].0.defect += stages[0].1.a * off;
-        moved[0].0.command_gradient += stages[0].0.hessian.mixed.tr_mul(&off);
+        let first = stages[0].composed();
+        moved[0].model.defect += first.a * off;
+        moved[0].model.command_gradient += first.mixed.tr_mul(&off);
         let (_, others, _) = swept(&moved, &end).unwrap();
         let change = others[0] - commands[0];
         assert!((change + gain.column(i)).amax() < 1e-9);
     }
+}
+
+/// The results do not depend on the instructions of the lanes.
+#[test]
+fn instructions_change_no_bit() {
+    let mut rng = Rng::with_seed(13);
+    let (stages, end) = problem::<12, 6>(&mut rng, 20, 12, 0.5);
+    let results = [Level::baseline(), Level::new()].map(|level| {
+        let mut cost = CostToGo::end(&end);
+        cost.level = level;
+        let mut policy = Policy::zeros();
+        let mut gains = vec![SMatrix::zeros(); stages.len()];
+        for (stage, gain) in stages.iter().zip(&mut gains).rev() {
+            stage.sweep(&mut cost, &mut policy).unwrap();
+            cost.gain(&policy, &SVector::repeat(1e-3), gain);
+        }
+        (cost.hessian, cost.border, cost.gram, policy.state, gains)
+    });
+    let [first, second] = results;
+    assert!(first == second);
 }

@@ -13,7 +13,7 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::resolved;
-use crate::newton::{Iterate, Newton, Tolerances, guess};
+use crate::newton::{Closeness, Iterate, Newton, Tolerances, guess};
 use crate::{Actuation, Transfer};
 
 /// Weights of the missing actuators, in multiples of the cheapest weight of the existing ones.
@@ -129,7 +129,10 @@ impl<C> Solver<'_, C> {
     {
         let steps = self.class.steps(view)?;
         let problem = self.problem(view, &steps);
-        let rough = known.is_none();
+        let closeness = match known {
+            Some(_) => Closeness::Far,
+            None => Closeness::Rough,
+        };
         let iterate = match known {
             Some(iterate) => iterate,
             None => {
@@ -149,7 +152,7 @@ impl<C> Solver<'_, C> {
                     .map_err(|(step, source)| PlanError::Dynamics { step, source })?
             }
         };
-        Ok(self.level(&problem, iterate, rough, Phase::Coarse))
+        Ok(self.level(&problem, iterate, closeness, Phase::Coarse))
     }
 }
 

@@ -6,8 +6,11 @@ use super::progress::{NewtonSettings, Phase, Progress, Start};
 use super::resolution::resolved;
 use super::scale::{metric, stiffness};
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained, guess};
-use crate::{Plan, Transfer};
+use crate::newton::{
+    AUGMENTATIONS, Closeness, Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained,
+    guess,
+};
+use crate::{Dynamics, Plan, Transfer};
 
 /// The state of one call of the solver.
 pub(super) struct Solver<'s, C> {
@@ -74,6 +77,7 @@ impl<'s, C> Solver<'s, C> {
                 // A full step from this error squares it.
                 near: settings.stationarity.sqrt(),
                 iterations: settings.iterations,
+                beyond: false,
             },
             coarse: settings.coarse.max(2),
             observe,
@@ -203,6 +207,7 @@ impl<'s, C> Solver<'s, C> {
     where
         C: Class<X, U>,
     {
+        let mut coarser = None;
         loop {
             let (now, all) = (newton.iterate.commands.len(), self.transfer.intervals);
             if now == all {
@@ -215,7 +220,8 @@ impl<'s, C> Solver<'s, C> {
             let view = resolved(self.transfer, next);
             let steps = self.class.steps(&view)?;
             let problem = self.problem(&view, &steps);
-            let kept = guess::kept(&problem, &newton.iterate, &newton.model.policies);
+            let iterate = self.extrapolated(&newton.iterate, coarser.as_ref())?;
+            let kept = guess::kept(&problem, &iterate, &newton.model.policies);
             let iterate = match kept {
                 Some(iterate) => iterate,
                 None => {
@@ -232,12 +238,53 @@ impl<'s, C> Solver<'s, C> {
             } else {
                 Phase::Fine
             };
-            match self.level(&problem, iterate, false, phase) {
-                Ok(finer) => newton = finer,
-                Err((ended, finer)) if self.goes_on(ended, &finer) => newton = *finer,
+            // The least augmentation often turns out to be too little only after most of the sweep.
+            let closeness = match coarser {
+                Some(_) => Closeness::Close {
+                    augmentation: newton.augmentation.min(AUGMENTATIONS[1]),
+                },
+                None => Closeness::Far,
+            };
+            match self.level(&problem, iterate, closeness, phase) {
+                Ok(finer) => coarser = Some(std::mem::replace(&mut newton, finer).iterate),
+                Err((ended, finer)) if self.goes_on(ended, &finer) => {
+                    newton = *finer;
+                    coarser = None;
+                }
                 failure => return Ok(failure),
             }
         }
+    }
+
+    /// Returns true if there are several coarse resolutions, from which finer ones are extrapolated.
+    fn extrapolates(&self) -> bool {
+        self.transfer.intervals > REFINEMENT * self.first_intervals()
+    }
+
+    /// The solution `fine` of one resolution, extrapolated to all intervals by means of a `coarser` one.
+    fn extrapolated<const X: usize, const U: usize>(
+        &self,
+        fine: &Iterate<X, U>,
+        coarser: Option<&Iterate<X, U>>,
+    ) -> Result<Iterate<X, U>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let Some(coarser) = coarser else {
+            return Ok(fine.clone());
+        };
+        let resolutions = [fine, coarser].map(|iterate| iterate.commands.len());
+        let view = resolved(self.transfer, resolutions[0]);
+        let steps = self.class.steps(&view)?;
+        let order = match view.dynamics {
+            Dynamics::LieEuler => 1,
+            Dynamics::Lgvi => 2,
+        };
+        let error = |intervals: usize| (intervals as f64).recip().powi(order);
+        let [own, other, rest] =
+            [resolutions[0], resolutions[1], self.transfer.intervals].map(error);
+        let share = (own - rest) / (other - own);
+        Ok(guess::extrapolated(&steps, fine, coarser, share))
     }
 
     /// Returns true if an iteration that did not converge is worth refining. At a coarse resolution a slender body may
@@ -251,7 +298,7 @@ impl<'s, C> Solver<'s, C> {
         &mut self,
         problem: &Problem<'_, S, C::Ending, X, U>,
         iterate: Iterate<X, U>,
-        rough: bool,
+        guess: Closeness,
         phase: Phase,
     ) -> Result<Newton<X, U>, Failure<X, U>>
     where
@@ -259,12 +306,14 @@ impl<'s, C> Solver<'s, C> {
         C: Class<X, U>,
     {
         let mut newton = Newton::new(problem.intervals, iterate);
+        let beyond = self.extrapolates();
         let observe = &mut *self.observe;
         let tolerances = if problem.intervals < self.transfer.intervals {
             Tolerances {
                 violation: ROUGH,
                 stationarity: ROUGH,
                 iterations: self.tolerances.iterations.min(COARSE_ITERATIONS),
+                beyond,
                 ..self.tolerances
             }
         } else {
@@ -275,7 +324,7 @@ impl<'s, C> Solver<'s, C> {
             problem,
             &mut Unconstrained,
             &tolerances,
-            rough,
+            guess,
             &mut self.standing,
             |now| observe(&now.progress(phase)),
         );
@@ -305,7 +354,7 @@ impl<'s, C> Solver<'s, C> {
         self.tolerances.near = 0.0;
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
-        match self.level(&problem, iterate, false, Phase::Fine) {
+        match self.level(&problem, iterate, Closeness::Far, Phase::Fine) {
             Ok(newton) => {
                 let iterate = newton.iterate.clone();
                 let plan = self.finish(newton, &mut Unconstrained)?;
@@ -336,7 +385,7 @@ impl<'s, C> Solver<'s, C> {
             let Some(lower) = newton.downhill(&problem, &mut Unconstrained) else {
                 break;
             };
-            match self.level(&problem, lower, false, Phase::Fine) {
+            match self.level(&problem, lower, Closeness::Far, Phase::Fine) {
                 Ok(newton) => {
                     iterate = newton.iterate.clone();
                     let found = self.finish(newton, &mut Unconstrained)?;

@@ -6,7 +6,7 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::{Phase, Start};
 use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces};
-use crate::newton::{Ended, Ending, Iterate, Newton, Problem, Tolerances};
+use crate::newton::{Closeness, Ended, Ending, Iterate, Newton, Problem, Tolerances};
 use crate::problem::{InequalitySet, Place, StateInequality};
 use crate::units::ROUNDING;
 use crate::{Dynamics, Plan};
@@ -234,7 +234,7 @@ impl<C> Solver<'_, C> {
             &problem,
             &mut barrier,
             &tolerances,
-            false,
+            Closeness::Far,
             &mut self.standing,
             |now| observe(&now.progress(Phase::Constrained)),
         );

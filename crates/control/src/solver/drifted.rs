@@ -10,7 +10,7 @@ use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::resolved;
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{Ended, Iterate, Newton};
+use crate::newton::{Closeness, Ended, Iterate, Newton};
 use crate::problem::{Terminal, TerminalSet};
 
 /// The first part of the way that is tried in one step, and the least.
@@ -44,7 +44,7 @@ impl<C> Solver<'_, C> {
                 Err(error) => return Some(Err(error.into())),
             };
             let problem = self.problem(&view, &steps);
-            match self.level(&problem, iterate.clone(), false, Phase::Coarse) {
+            match self.level(&problem, iterate.clone(), Closeness::Far, Phase::Coarse) {
                 Ok(newton) if part == 1.0 => return Some(Ok(Ok(newton))),
                 Ok(newton) => {
                     iterate = newton.iterate;

@@ -6,7 +6,7 @@ use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{Ended, Ending, Inequalities, Iterate, ModelSettings, Newton};
+use crate::newton::{Ended, Ending, Inequalities, Iterate, ModelSettings, Newton, REUSED};
 use crate::{Certificate, Plan};
 
 impl<C> Solver<'_, C> {
@@ -46,13 +46,13 @@ impl<C> Solver<'_, C> {
         let Some(mut plan) = self.flown(&newton.iterate)? else {
             return Err(self.unsolved(Ended::Stuck, &newton.iterate)?);
         };
+        let followed = newton.followed && newton.iterate.states == plan.states;
         newton.iterate.states.clone_from(&plan.states);
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
         let mut sufficient = Q::NONE
             && newton.solved_at <= REUSED
-            && !newton.model.gains.is_empty()
-            && newton.model.follow(&problem, &newton.iterate).is_ok();
+            && (followed || newton.model.follow(&problem, &newton.iterate).is_ok());
         let Newton { model, iterate, .. } = &mut newton;
         if !sufficient {
             model.want_gains();
@@ -66,9 +66,7 @@ impl<C> Solver<'_, C> {
                 }
             }
         }
-        for (wide, own) in plan.feedback.iter_mut().zip(&model.gains) {
-            *wide = self.widened_gain(own);
-        }
+        plan.feedback = self.widened_gains(std::mem::take(&mut model.gains));
         for (wide, own) in plan.multipliers.iter_mut().zip(&model.costates) {
             wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
         }
@@ -85,19 +83,22 @@ impl<C> Solver<'_, C> {
         Ok(plan)
     }
 
-    fn widened_gain<const X: usize, const U: usize>(
+    /// Gains that answer in force and moment to all coordinates.
+    fn widened_gains<const X: usize, const U: usize>(
         &self,
-        gain: &SMatrix<f64, U, X>,
-    ) -> SMatrix<f64, 6, 12>
+        gains: Vec<SMatrix<f64, U, X>>,
+    ) -> Vec<SMatrix<f64, 6, 12>>
     where
         C: Class<X, U>,
     {
-        let mut wide = SMatrix::<f64, 6, 12>::zeros();
-        for (i, column) in gain.column_iter().enumerate() {
-            let command = self.class.widened(&column.into_owned());
-            wide.set_column(C::FIRST + i, &(self.transfer.actuation.matrix() * command));
-        }
-        wide
+        let loads = self.transfer.actuation.matrix() * self.class.selection();
+        let widened = |own: SMatrix<f64, U, X>| {
+            let mut wide = SMatrix::<f64, 6, 12>::zeros();
+            let mut columns = wide.fixed_columns_mut::<X>(C::FIRST);
+            columns.copy_from(&(loads * own));
+            wide
+        };
+        gains.into_iter().map(widened).collect()
     }
 
     /// The error of an iteration that ended without a plan, with the best iterate as flown: stopped or not converged.
@@ -109,7 +110,10 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
-        let best = self.flown(iterate)?.map(Box::new);
+        let best = self.flown(iterate)?.map(|plan| {
+            let feedback = vec![SMatrix::zeros(); plan.commands.len()];
+            Box::new(Plan { feedback, ..plan })
+        });
         Ok(match ended {
             Ended::Stopped => PlanError::Stopped { best },
             _ => PlanError::NotConverged {
@@ -122,7 +126,7 @@ impl<C> Solver<'_, C> {
         })
     }
 
-    /// The commands of an iterate as flown, without feedback and certificate, or `None` if they cannot be flown.
+    /// The commands of an iterate as flown, without feedback, multipliers and certificate, or `None` if they cannot be flown.
     pub(super) fn flown<const X: usize, const U: usize>(
         &self,
         iterate: &Iterate<X, U>,
@@ -140,7 +144,7 @@ impl<C> Solver<'_, C> {
             commands: Vec::with_capacity(transfer.intervals),
             controls: Vec::with_capacity(transfer.intervals),
             multipliers: vec![SVector::zeros(); transfer.intervals],
-            feedback: vec![SMatrix::zeros(); transfer.intervals],
+            feedback: Vec::new(),
             cost: 0.0,
             certificate: Certificate::default(),
         };
@@ -165,10 +169,6 @@ impl<C> Solver<'_, C> {
     }
 }
 
-/// Relative error below which the next step changes gains and condition by one percent at most, which is less than the
-/// accuracy that feedback needs. Convexity with the margin of the pivots survives these steps.
-const REUSED: f64 = 2e-3;
-
 /// Models that certify a plan: the exact Hessian with increasing augmentation, then the Gauss–Newton model. The latter
 /// is always convex and gives gains for plans that are not minima.
 const MODELS: [ModelSettings; 5] = [
@@ -187,6 +187,6 @@ const fn exact(augmentation: f64) -> ModelSettings {
         curvature: 1.0,
         augmentation,
         damping: 0.0,
-        gains: true,
+        gains: Some(f64::INFINITY),
     }
 }

@@ -7,7 +7,7 @@ use super::class::Class;
 use super::error::PlanError;
 use super::progress::Phase;
 use super::resolution::{resolved, slenderness, with_least_ratio};
-use crate::newton::{Iterate, Newton, Problem, guess};
+use crate::newton::{Closeness, Iterate, Newton, Problem, guess};
 
 /// Ratio of the least moment of inertia to the greatest of the first body of the homotopy, and the factor by which it
 /// decreases.
@@ -60,7 +60,7 @@ impl<C> Solver<'_, C> {
                 smooth.map_err(|(step, source)| PlanError::Dynamics { step, source })?
             }
         };
-        Ok(self.level(&problem, iterate, true, Phase::Coarse))
+        Ok(self.level(&problem, iterate, Closeness::Rough, Phase::Coarse))
     }
 
     /// Solves at the first resolution for a body with similar moments of inertia, then for ever more slender bodies, up to
@@ -111,8 +111,11 @@ impl<C> Solver<'_, C> {
             if let Some(newton) = &plan {
                 iterate.nu = newton.iterate.nu;
             }
-            let rough = plan.is_none();
-            match self.level(&problem, iterate, rough, Phase::Coarse) {
+            let closeness = match plan {
+                Some(_) => Closeness::Far,
+                None => Closeness::Rough,
+            };
+            match self.level(&problem, iterate, closeness, Phase::Coarse) {
                 Ok(newton) if least <= own => return Some(Ok(Ok(newton))),
                 Ok(newton) => plan = Some(newton),
                 failure => return Some(Ok(failure)),

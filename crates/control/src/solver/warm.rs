@@ -9,7 +9,7 @@ use super::error::PlanError;
 use super::progress::Phase;
 use crate::Plan;
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{Iterate, Newton, Problem, guess};
+use crate::newton::{AUGMENTATIONS, Closeness, Iterate, Newton, Problem, guess};
 
 impl<C> Solver<'_, C> {
     pub(super) fn warm<const X: usize, const U: usize>(
@@ -23,7 +23,9 @@ impl<C> Solver<'_, C> {
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
         self.corrected(&problem, plan, &mut iterate);
-        Ok(self.level(&problem, iterate, false, Phase::Fine))
+        let [augmentation, ..] = AUGMENTATIONS;
+        let guess = Closeness::Close { augmentation };
+        Ok(self.level(&problem, iterate, guess, Phase::Fine))
     }
 
     /// A plan as an iterate, resampled to the transfer's intervals.
@@ -48,8 +50,7 @@ impl<C> Solver<'_, C> {
             nu,
         };
         let steps = self.class.steps(self.transfer)?;
-        let problem = self.problem(self.transfer, &steps);
-        let mut iterate = guess::resampled(&problem, &iterate);
+        let mut iterate = guess::resampled(&steps, self.transfer.intervals, &iterate);
         iterate.states[0] = self.transfer.initial;
         Ok(iterate)
     }

@@ -49,13 +49,14 @@ pub(super) fn gradient<A: Attractor>(
         let force = *mass * source.acceleration(&d);
         let g = *mass * source.gradient(&d);
         let arm = hat(position);
-        let back_g = r.tr_mul(&g);
-        let r_arm = r * arm;
+        let g_r = g * r;
+        let by_attitude = g_r * arm;
         sum.force_by_position += g;
-        sum.force_by_attitude -= g * r_arm;
-        sum.moment_by_position += arm * back_g;
-        sum.moment_by_attitude += arm * (hat(&r.tr_mul(&force)) - back_g * r_arm);
+        sum.force_by_attitude -= by_attitude;
+        sum.moment_by_attitude += arm * (hat(&r.tr_mul(&force)) - r.tr_mul(&by_attitude));
     }
+    // Gravity has a potential.
+    sum.moment_by_position = sum.force_by_attitude.transpose();
     sum
 }
 
@@ -75,11 +76,12 @@ pub(super) fn curvature<A: Attractor>(
         let force = *mass * source.acceleration(&d);
         let g = *mass * source.gradient(&d);
         let t = *mass * source.curvature(&d, &b);
-        let turned = t * r * arm + g * r * hat(&c);
+        let g_r = g * r;
+        let turned = t * r * arm + g_r * hat(&c);
         sum.position_position += t;
         sum.position_attitude -= turned;
         sum.attitude_attitude += arm * (hat(&r.tr_mul(&(g * b))) - r.tr_mul(&turned))
-            + hat(&c) * (hat(&r.tr_mul(&force)) - r.tr_mul(&g) * r * arm);
+            + hat(&c) * (hat(&r.tr_mul(&force)) - r.tr_mul(&(g_r * arm)));
     }
     sum
 }

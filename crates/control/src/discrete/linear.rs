@@ -1,0 +1,236 @@
+//! First derivatives of a step in factors: those of its kicks and of its drift.
+//!
+//! For variations `p` of pose, `m` of momentum and `v` of command a kick is `m⁺ = m + T p + τ B v` with `T = τ G`. A drift
+//! is `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`. The product of the factors is never formed: it has many more entries.
+
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
+
+/// Derivatives of two groups of three coordinates by as many. A motion of one group uses the first block only.
+pub(crate) type Blocks = [[Matrix3<f64>; 2]; 2];
+
+/// The index in `z` of the pose of a group.
+pub(crate) const fn pose(group: usize) -> usize {
+    6 * group
+}
+
+/// The index in `z` of the momentum of a group.
+pub(crate) const fn momentum(group: usize) -> usize {
+    6 * group + 3
+}
+
+/// What the commands do in a kick.
+#[derive(Clone, Debug)]
+pub(crate) struct KickInputs<const U: usize> {
+    /// `τ B`, by groups.
+    pub(crate) columns: [SMatrix<f64, 3, U>; 2],
+    /// The same by rows, with zeros beyond the last command.
+    pub(crate) rows: [[[f64; 8]; 3]; 2],
+}
+
+impl<const U: usize> KickInputs<U> {
+    pub(crate) fn new(columns: [SMatrix<f64, 3, U>; 2]) -> Self {
+        let mut rows = [[[0.0; 8]; 3]; 2];
+        for (rows, columns) in rows.iter_mut().zip(&columns) {
+            for (r, row) in rows.iter_mut().enumerate() {
+                for (entry, column) in row.iter_mut().zip(&columns.data.0) {
+                    *entry = column[r];
+                }
+            }
+        }
+        Self { columns, rows }
+    }
+}
+
+/// What the commands do in every step.
+#[derive(Clone, Debug)]
+pub(crate) struct Inputs<const U: usize> {
+    /// In the kick before the drift, if there is one.
+    pub(crate) before: Option<KickInputs<U>>,
+    /// In the kick after the drift.
+    pub(crate) after: KickInputs<U>,
+}
+
+impl<const U: usize> Inputs<U> {
+    /// Commands without effect.
+    pub(crate) fn none() -> Self {
+        Self {
+            before: Some(KickInputs::new([SMatrix::zeros(); 2])),
+            after: KickInputs::new([SMatrix::zeros(); 2]),
+        }
+    }
+}
+
+/// First derivatives of the rotation of a drift.
+#[derive(Clone, Debug)]
+pub(crate) struct Turn {
+    /// `P_p = Fᵀ`
+    pub(crate) pose: Matrix3<f64>,
+    /// `P_m = Ξ`
+    pub(crate) pose_by_momentum: Matrix3<f64>,
+    /// `M_m = Fᵀ + S(P) Ξ`
+    pub(crate) momentum: Matrix3<f64>,
+}
+
+/// First derivatives of a step, `z⁺ = A z + B v`.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Linearization {
+    /// `T` of the kick before the drift, if there is one.
+    pub(crate) before: Option<Blocks>,
+    /// `P_m = (h/m) I` of the first group, if it is the center of mass. It has `P_p = M_m = I`.
+    pub(crate) glide: Option<f64>,
+    /// The drift of the last group, if it is the attitude.
+    pub(crate) turn: Option<Turn>,
+    /// `T` of the kick after the drift.
+    pub(crate) after: Blocks,
+}
+
+fn part<const X: usize>(z: &SVector<f64, X>, at: usize) -> Vector3<f64> {
+    z.fixed_rows::<3>(at).into_owned()
+}
+
+fn add<const X: usize>(z: &mut SVector<f64, X>, at: usize, what: &Vector3<f64>) {
+    let mut rows = z.fixed_rows_mut::<3>(at);
+    rows += what;
+}
+
+/// The number of groups among `X` coordinates.
+pub(crate) const fn groups(coordinates: usize) -> usize {
+    coordinates / 6
+}
+
+impl Linearization {
+    /// `A z + B v`
+    #[inline]
+    pub(crate) fn forward<const X: usize, const U: usize>(
+        &self,
+        inputs: &Inputs<U>,
+        z: &SVector<f64, X>,
+        v: &SVector<f64, U>,
+    ) -> SVector<f64, X> {
+        let mut z = *z;
+        let kick =
+            |z: &mut SVector<f64, X>, t: &Blocks, KickInputs { columns, .. }: &KickInputs<U>| {
+                for i in 0..groups(X) {
+                    let mut impulse = columns[i] * v;
+                    for (j, t) in t[i].iter().enumerate().take(groups(X)) {
+                        impulse += t * part(z, pose(j));
+                    }
+                    add(z, momentum(i), &impulse);
+                }
+            };
+        if let (Some(t), Some(inputs)) = (&self.before, &inputs.before) {
+            kick(&mut z, t, inputs);
+        }
+        if let Some(by_momentum) = self.glide {
+            let moved = by_momentum * part(&z, momentum(0));
+            add(&mut z, pose(0), &moved);
+        }
+        if let Some(turn) = &self.turn {
+            let last = groups(X) - 1;
+            let (zeta, delta) = (part(&z, pose(last)), part(&z, momentum(last)));
+            let moved = turn.pose * zeta + turn.pose_by_momentum * delta;
+            z.fixed_rows_mut::<3>(pose(last)).copy_from(&moved);
+            z.fixed_rows_mut::<3>(momentum(last))
+                .copy_from(&(turn.momentum * delta));
+        }
+        kick(&mut z, &self.after, &inputs.after);
+        z
+    }
+
+    /// `Aᵀ λ` and `Bᵀ λ`
+    #[inline]
+    pub(crate) fn backward<const X: usize, const U: usize>(
+        &self,
+        inputs: &Inputs<U>,
+        lambda: &SVector<f64, X>,
+    ) -> (SVector<f64, X>, SVector<f64, U>) {
+        let mut lambda = *lambda;
+        let mut by_command = SVector::zeros();
+        let mut kick = |lambda: &mut SVector<f64, X>,
+                        t: &Blocks,
+                        KickInputs { columns, .. }: &KickInputs<U>| {
+            for i in 0..groups(X) {
+                let by_momentum = part(lambda, momentum(i));
+                by_command += columns[i].tr_mul(&by_momentum);
+                for (j, t) in t[i].iter().enumerate().take(groups(X)) {
+                    add(lambda, pose(j), &t.tr_mul(&by_momentum));
+                }
+            }
+        };
+        kick(&mut lambda, &self.after, &inputs.after);
+        self.before_drift(&mut lambda);
+        if let (Some(t), Some(inputs)) = (&self.before, &inputs.before) {
+            kick(&mut lambda, t, inputs);
+        }
+        (lambda, by_command)
+    }
+
+    /// Turns a gradient by the state at the end of the drift into that by the state at its beginning.
+    #[inline]
+    fn before_drift<const X: usize>(&self, lambda: &mut SVector<f64, X>) {
+        if let Some(by_momentum) = self.glide {
+            let moved = by_momentum * part(lambda, pose(0));
+            add(lambda, momentum(0), &moved);
+        }
+        if let Some(turn) = &self.turn {
+            let last = groups(X) - 1;
+            let (by_pose, by_momentum) = (part(lambda, pose(last)), part(lambda, momentum(last)));
+            let moved = turn.pose_by_momentum.tr_mul(&by_pose) + turn.momentum.tr_mul(&by_momentum);
+            lambda
+                .fixed_rows_mut::<3>(pose(last))
+                .copy_from(&turn.pose.tr_mul(&by_pose));
+            lambda.fixed_rows_mut::<3>(momentum(last)).copy_from(&moved);
+        }
+    }
+
+    /// The gradients `λ` by the state at the end of the drift and at its beginning, from that at the end of the step.
+    #[inline]
+    pub(super) fn about_drift<const X: usize>(
+        &self,
+        lambda: &SVector<f64, X>,
+    ) -> [SVector<f64, X>; 2] {
+        let mut after = *lambda;
+        for i in 0..groups(X) {
+            let by_momentum = part(lambda, momentum(i));
+            for j in 0..groups(X) {
+                add(&mut after, pose(j), &self.after[i][j].tr_mul(&by_momentum));
+            }
+        }
+        let mut before = after;
+        self.before_drift(&mut before);
+        [after, before]
+    }
+
+    /// `B`
+    pub(crate) fn by_command<const X: usize, const U: usize>(
+        &self,
+        inputs: &Inputs<U>,
+    ) -> SMatrix<f64, X, U> {
+        let mut b = SMatrix::<f64, X, U>::zeros();
+        for command in 0..U {
+            let mut unit = SVector::zeros();
+            unit[command] = 1.0;
+            b.set_column(command, &self.forward(inputs, &SVector::zeros(), &unit));
+        }
+        b
+    }
+}
+
+/// Second derivatives of the product of multipliers and a step, in factors: each by the variations before its own part.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Curvature {
+    /// Of the kick before the drift, by poses.
+    pub(crate) before: Option<Blocks>,
+    /// Of the rotation.
+    pub(crate) turn: Option<TurnCurvature>,
+    /// Of the kick after the drift, by poses.
+    pub(crate) after: Option<Blocks>,
+}
+
+/// Second derivatives of the rotation of a drift. Those by pose twice are zero.
+#[derive(Clone, Debug)]
+pub(crate) struct TurnCurvature {
+    pub(crate) pose_momentum: Matrix3<f64>,
+    /// Symmetric.
+    pub(crate) momentum_momentum: Matrix3<f64>,
+}

@@ -1,0 +1,103 @@
+//! Derivatives of whole steps, multiplied out from their factors.
+
+use nalgebra::{DMatrix, Matrix3, SMatrix};
+
+use crate::discrete::linear::{Blocks, KickInputs, groups, momentum, pose};
+use crate::discrete::{Curvature, Inputs, Linearization};
+
+/// First derivatives `A`, `B` of a step, and second derivatives of the product of multipliers and the step.
+#[derive(Clone, Debug)]
+pub(crate) struct Composed<const X: usize, const U: usize> {
+    pub(crate) a: SMatrix<f64, X, X>,
+    pub(crate) b: SMatrix<f64, X, U>,
+    pub(crate) state: SMatrix<f64, X, X>,
+    pub(crate) mixed: SMatrix<f64, X, U>,
+    pub(crate) command: SMatrix<f64, U, U>,
+}
+
+fn add(matrix: &mut DMatrix<f64>, row: usize, column: usize, block: &Matrix3<f64>) {
+    let mut view = matrix.view_mut((row, column), (3, 3));
+    view += block;
+}
+
+/// The kick as a map of coordinates and commands.
+fn kick<const X: usize, const U: usize>(t: &Blocks, inputs: &KickInputs<U>) -> DMatrix<f64> {
+    let mut map = DMatrix::identity(X + U, X + U);
+    for (i, t) in t.iter().enumerate().take(groups(X)) {
+        for (j, t) in t.iter().enumerate().take(groups(X)) {
+            add(&mut map, momentum(i), pose(j), t);
+        }
+        map.view_mut((momentum(i), X), (3, U))
+            .copy_from(&inputs.columns[i]);
+    }
+    map
+}
+
+/// Second derivatives by poses.
+fn by_poses<const X: usize, const U: usize>(blocks: &Blocks) -> DMatrix<f64> {
+    let mut all = DMatrix::zeros(X + U, X + U);
+    for (i, row) in blocks.iter().enumerate().take(groups(X)) {
+        for (j, block) in row.iter().enumerate().take(groups(X)) {
+            add(&mut all, pose(i), pose(j), block);
+        }
+    }
+    all
+}
+
+impl<const X: usize, const U: usize> Composed<X, U> {
+    pub(crate) fn zeros() -> Self {
+        Self {
+            a: SMatrix::zeros(),
+            b: SMatrix::zeros(),
+            state: SMatrix::zeros(),
+            mixed: SMatrix::zeros(),
+            command: SMatrix::zeros(),
+        }
+    }
+
+    pub(crate) fn of(inputs: &Inputs<U>, first: &Linearization, second: &Curvature) -> Self {
+        let last = groups(X) - 1;
+        let mut drift = DMatrix::identity(X + U, X + U);
+        if let Some(by_momentum) = first.glide {
+            let block = Matrix3::from_diagonal_element(by_momentum);
+            add(&mut drift, pose(0), momentum(0), &block);
+        }
+        if let Some(turn) = &first.turn {
+            drift.view_mut((pose(last), pose(last)), (6, 6)).fill(0.0);
+            add(&mut drift, pose(last), pose(last), &turn.pose);
+            add(
+                &mut drift,
+                pose(last),
+                momentum(last),
+                &turn.pose_by_momentum,
+            );
+            add(&mut drift, momentum(last), momentum(last), &turn.momentum);
+        }
+        let after = kick::<X, U>(&first.after, &inputs.after);
+        let none = || DMatrix::zeros(X + U, X + U);
+        let mut hessian = second.after.as_ref().map_or_else(none, by_poses::<X, U>);
+        hessian = drift.transpose() * hessian * &drift;
+        if let Some(curvature) = &second.turn {
+            let (from, to) = (pose(last), momentum(last));
+            add(&mut hessian, from, to, &curvature.pose_momentum);
+            add(&mut hessian, to, from, &curvature.pose_momentum.transpose());
+            add(&mut hessian, to, to, &curvature.momentum_momentum);
+        }
+        let mut map = after * drift;
+        if let (Some(t), Some(inputs)) = (&first.before, &inputs.before) {
+            let before = kick::<X, U>(t, inputs);
+            map *= &before;
+            hessian = before.transpose() * hessian * before;
+            if let Some(blocks) = &second.before {
+                hessian += by_poses::<X, U>(blocks);
+            }
+        }
+        Self {
+            a: map.fixed_view::<X, X>(0, 0).into_owned(),
+            b: map.fixed_view::<X, U>(0, X).into_owned(),
+            state: hessian.fixed_view::<X, X>(0, 0).into_owned(),
+            mixed: hessian.fixed_view::<X, U>(0, X).into_owned(),
+            command: hessian.fixed_view::<U, U>(X, X).into_owned(),
+        }
+    }
+}

@@ -114,7 +114,8 @@ impl Simulation {
     /// a simulation like this one of another system. Must be the last of these modifications.
     ///
     /// # Errors
-    /// Returns an error if the ports of a docking are not on two different free bodies.
+    /// Returns an error if the ports of a docking are not on two different free bodies, or if the method does not support
+    /// the gravity of bodies that are joined.
     pub fn with_dockings(
         mut self,
         dockings: Vec<Docking>,
@@ -122,7 +123,7 @@ impl Simulation {
         simulation: impl Fn(System, Vec<BodyState>) -> Result<Self, MethodError> + Send + 'static,
     ) -> Result<Self, MethodError> {
         let (gravity, simulation) = (Box::new(gravity), Box::new(simulation));
-        let dockings = Dockings::new(&self.system, dockings, gravity, simulation)?;
+        let dockings = Dockings::new((&self.system, &self.states), dockings, gravity, simulation)?;
         self.dockings = Some(Box::new(dockings));
         Ok(self)
     }

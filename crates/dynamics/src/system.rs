@@ -76,6 +76,11 @@ impl System {
         each.collect()
     }
 
+    /// The parts that are computed.
+    pub(crate) fn selection(&self) -> &Selection {
+        &self.selection
+    }
+
     /// The kept interactions of the gravity model with this index, or `None` if it is computed in full.
     pub(crate) fn kept(&self, gravity: usize) -> Option<&[Kept]> {
         let kept = self.selection.kept.get(gravity)?.as_deref();

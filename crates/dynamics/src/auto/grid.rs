@@ -83,7 +83,11 @@ fn adaptive(
                 method,
                 substeps: 1,
                 error,
-                cost: flights.price(method, 1, course.steps / reference.part()),
+                cost: if error.is_finite() {
+                    flights.price(method, 1, course.steps / reference.part())
+                } else {
+                    f64::INFINITY
+                },
             });
         }
         if error <= tolerance || course.end == End::Costly {

@@ -28,8 +28,12 @@ struct Joined {
 
 impl Dockings {
     /// Creates the dockings of the bodies of `system`, none of which are joined yet.
+    ///
+    /// # Errors
+    /// Returns an error if the ports of a docking are not on two different free bodies, or if the method does not support
+    /// the gravity of parts.
     pub(crate) fn new(
-        system: &System,
+        (system, states): (&System, &[BodyState]),
         dockings: Vec<Docking>,
         gravity: MakeGravity,
         simulation: MakeSimulation,
@@ -44,6 +48,16 @@ impl Dockings {
             if let Some(body) = unfit.or((one == other).then_some(one)) {
                 return Err(MethodError::Docking { docking, body });
             }
+        }
+        let apart = Assembly::apart(system.bodies());
+        let acting = gravity();
+        if !acting.is_empty() {
+            let wholes = apart.wholes().to_vec();
+            let on_parts = OnParts::new(apart, acting, states.to_vec());
+            simulation(
+                System::new(wholes, vec![Box::new(on_parts)]),
+                states.to_vec(),
+            )?;
         }
         Ok(Self {
             dockings,

@@ -188,7 +188,7 @@ pub enum MethodError {
     /// The method does not support a gravity model.
     #[error(
         "{method} supports points of mass, multipoles of second order, attractors of these kinds, and uniform fields, but \
-         another gravity acts here"
+         another gravity acts here, or that of bodies that dock; use another method such as Dormand–Prince"
     )]
     Model {
         /// Name of the method.

@@ -1,12 +1,13 @@
 //! What Taylor series promise: accuracy on reference trajectories and on random systems of every supported kind, and
 //! refusals.
 
+use lgvi_dynamics::docking::{Docking, Port};
 use lgvi_dynamics::gravity::{
     Central, Fixed, Gravity, Moments, Multipole, Mutual, Polyhedron, Uniform,
 };
 use lgvi_dynamics::{
     BodyState, Drive, Inertia, Load, Method, MethodError, Mobility, PointMass, RigidBody,
-    Simulation, System,
+    Simulation, StepError, System,
 };
 use lgvi_truth::random::Random;
 use nalgebra::{Matrix3, Vector3};
@@ -89,9 +90,10 @@ fn body(random: &mut Random, multipoles: bool) -> RigidBody {
         RigidBody::with_multipole(inertia.clone(), Multipole::of_inertia(mass, &inertia))
     };
     let body = body.expect("a body");
-    match random.below(6) {
+    match random.below(7) {
         0 => body.with_mobility(Mobility::Fixed),
-        1 => body.with_mobility(Mobility::Driven(Drive {
+        1 => body.with_mobility(Mobility::Pivoted),
+        2 => body.with_mobility(Mobility::Driven(Drive {
             velocity: 0.2 * random.normals(),
             rate: 0.1 * random.normals(),
             spin: random.normals(),
@@ -335,4 +337,126 @@ fn the_unit_of_time_does_not_matter() {
             );
         }
     }
+}
+
+fn sphere(mass: f64) -> RigidBody {
+    let inertia = Inertia::principal([0.4 * mass; 3]).expect("an inertia");
+    RigidBody::new(mass, inertia, vec![]).expect("a body")
+}
+
+fn at(body: &RigidBody, position: Vector3<f64>) -> BodyState {
+    let zero = Vector3::zeros();
+    BodyState::from_velocities(body, position, zero, Matrix3::identity(), zero)
+}
+
+/// A body at rest, moved by one that is driven far faster than gravity moves it.
+#[test]
+fn a_driven_body_sets_the_unit_of_time() {
+    let rate = Vector3::new(0.0, 0.0, 1.1e-3);
+    let drive = Drive::circle(Vector3::zeros(), rate, Vector3::zeros());
+    let driven = sphere(4e5).with_mobility(Mobility::Driven(drive));
+    let bodies = vec![driven, sphere(1.0)];
+    let states = vec![
+        at(&bodies[0], Vector3::new(7e6, 0.0, 0.0)),
+        at(&bodies[1], Vector3::new(1e8, 0.0, 0.0)),
+    ];
+    let fly = |method| {
+        let system = System::new(bodies.clone(), vec![Box::new(Mutual::new(6.67e-11))]);
+        let made = Simulation::new(system, states.clone(), method, 1e4);
+        let mut simulation = made.expect("a method");
+        for _ in 0..5 {
+            simulation.advance(&[Load::default(); 2]).expect("a step");
+        }
+        simulation.states()[1].linear_momentum
+    };
+    let reference = fly(Method::DormandPrince853 { tolerance: 1e-15 });
+    for tolerance in [1e-9, 1e-12, 1e-15] {
+        let error = (fly(taylor(tolerance)) - reference).norm() / reference.norm();
+        println!("{tolerance:e}: {error:e}");
+        assert!(error < 1e-8, "{tolerance:e}: {error:e}");
+    }
+}
+
+/// A pendulum in equilibrium under a planet that slowly leaves its place: nothing moves at first.
+#[test]
+fn an_equilibrium_that_ends_slowly_is_left() {
+    let points = [1.0, -1.0].map(|x| PointMass {
+        mass: 0.5,
+        position: Vector3::new(x, 0.0, 0.0),
+    });
+    let inertia = Inertia::principal([0.1, 1.0, 1.0]).expect("an inertia");
+    let body = RigidBody::pivoted(1.0, inertia, points.to_vec()).expect("a body");
+    let rate = Vector3::new(0.0, 0.0, 1.2e-9);
+    let drive = Drive::circle(Vector3::zeros(), rate, Vector3::zeros());
+    let planet = sphere(1e24).with_mobility(Mobility::Driven(drive));
+    let bodies = vec![body, planet];
+    let states = vec![
+        at(&bodies[0], Vector3::zeros()),
+        at(&bodies[1], Vector3::new(1e8, 0.0, 0.0)),
+    ];
+    let fly = |method| {
+        let system = System::new(bodies.clone(), vec![Box::new(Mutual::new(6.67e-11))]);
+        let made = Simulation::new(system, states.clone(), method, 1e7);
+        let mut simulation = made.expect("a method");
+        simulation.advance(&[Load::default(); 2]).expect("a step");
+        simulation.states()[0].angular_momentum
+    };
+    let reference = fly(Method::DormandPrince853 { tolerance: 1e-15 });
+    assert!(reference.norm() > 0.0);
+    for tolerance in [1e-12, 1e-15] {
+        let error = (fly(taylor(tolerance)) - reference).norm() / reference.norm();
+        println!("{tolerance:e}: {error:e}");
+        assert!(error < 1e-6, "{tolerance:e}: {error:e}");
+    }
+}
+
+#[test]
+fn points_at_the_same_place_are_refused() {
+    let bodies = vec![sphere(1.0), sphere(1.0)];
+    let states = bodies.iter().map(|body| at(body, Vector3::x())).collect();
+    let system = System::new(bodies, vec![Box::new(Mutual::new(1.0))]);
+    let mut simulation = Simulation::new(system, states, taylor(1e-9), 0.1).expect("a method");
+    let error = simulation
+        .advance(&[Load::default(); 2])
+        .expect_err("a collision");
+    assert_eq!(error, StepError::NotFinite { body: 0 });
+}
+
+/// Before the flight, not when the bodies dock.
+#[test]
+fn dockings_under_gravity_are_refused() {
+    let bodies = vec![sphere(1.0), sphere(1.0)];
+    let states = [0.0, 5.0].map(|x| Vector3::new(x, 0.0, 0.0));
+    let states: Vec<_> = bodies
+        .iter()
+        .zip(states)
+        .map(|(body, x)| at(body, x))
+        .collect();
+    let gravity = || -> Vec<Box<dyn Gravity>> { vec![Box::new(Mutual::new(1.0))] };
+    let port = |body| Port {
+        body,
+        position: Vector3::zeros(),
+        axis: Vector3::x(),
+    };
+    let docking = Docking {
+        ports: [port(0), port(1)],
+        distance: 0.1,
+        angle: 4.0,
+        speed: f64::INFINITY,
+        rate: f64::INFINITY,
+    };
+    let simulation = |system, states| Simulation::new(system, states, taylor(1e-9), 0.1);
+    let start = simulation(System::new(bodies, gravity()), states).expect("a method");
+    let refused = start.with_dockings(vec![docking], gravity, simulation);
+    assert!(matches!(refused.err(), Some(MethodError::Model { .. })));
+}
+
+#[test]
+fn too_many_pairs_of_points_are_refused() {
+    let bodies = vec![sphere(1.0); 800];
+    let error = refusal(bodies, Box::new(Mutual::new(1.0)));
+    let MethodError::Parameter { value, .. } = error else {
+        panic!("{error}");
+    };
+    assert!(value > 262_144.0, "{value}");
 }

@@ -45,7 +45,7 @@ pub(super) struct Body {
 pub(super) struct Weight {
     pub(super) acceleration: Vector3<f64>,
     pub(super) mass: f64,
-    /// `Σ m ρ` in principal axes.
+    /// `Σ m ρ`, in principal axes once a body has it.
     pub(super) first_moment: Vector3<f64>,
 }
 
@@ -97,9 +97,12 @@ impl Body {
         self.rotation.matrix.as_ref()
     }
 
-    /// Adds a uniform field.
-    pub(super) fn add_weight(&mut self, weight: Weight) {
-        self.weights.push(weight);
+    /// Adds a uniform field, given in the body frame.
+    pub(super) fn add_weight(&mut self, weight: &Weight) {
+        self.weights.push(Weight {
+            first_moment: self.in_principal_axes(&weight.first_moment),
+            ..*weight
+        });
     }
 
     /// Sets the body's places, given all.
@@ -136,6 +139,9 @@ impl Body {
     /// Products per term of a sum, if its rotation is expanded.
     pub(super) fn terms(&self) -> f64 {
         let matrix = if self.matrix().is_some() { 3.0 } else { 0.0 };
+        if self.mobility.is_given() {
+            return matrix;
+        }
         4.0 + matrix + self.lever.as_ref().map_or(0.0, Lever::terms)
     }
 
@@ -286,6 +292,10 @@ impl Body {
             (Mobility::Free, true) => moving.max(accelerating).max(turning),
             (Mobility::Free, false) => moving.max(accelerating),
             (Mobility::Pivoted, true) => turning,
+            (Mobility::Driven(drive), _) => {
+                let turning = drive.rate.norm_squared().max(drive.spin.norm_squared());
+                turning.max(drive.velocity.norm_squared() / distance)
+            }
             _ => 0.0,
         }
     }

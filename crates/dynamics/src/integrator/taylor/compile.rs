@@ -2,13 +2,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::NAME;
 use super::body::{Body, Weight};
 use super::multipoles::{Multipoles, Side};
 use super::oblate::{Oblate, Source};
 use super::places::{Place, Places};
 use super::points::{Pair, Pairs};
 use super::series::Series;
+use super::{ExpansionSize, NAME};
 use crate::gravity::{Form, Level, Multipole, Placement, SourceShape};
 use crate::integrator::MethodError;
 use crate::{MassDistribution, PointMass, RigidBody, System};
@@ -16,29 +16,47 @@ use crate::{MassDistribution, PointMass, RigidBody, System};
 /// Number of terms that are computed side by side.
 const LANES: usize = 4;
 
+/// Greatest number of pairs of points, which keeps the coefficients below half a gigabyte.
+const PAIRS: usize = 1 << 18;
+
 /// Returns the series of `system` up to `order`, with coefficients 0.
 ///
 /// # Errors
-/// Returns an error if a force has no series here.
+/// Returns an error if a force has no series here, or if there are too many.
 pub(super) fn compile(system: &System, order: usize) -> Result<Series, MethodError> {
-    let forms = system.forms().ok_or(MethodError::Model { method: NAME })?;
-    let mut terms = Terms::of(system.bodies());
-    for (index, form) in forms.iter().enumerate() {
-        match system.kept(index) {
-            Some(kept) => {
-                for kept in kept {
-                    terms.add(form, [kept.body, kept.other], kept.level)?;
-                }
-            }
-            None => terms.add_all(form)?,
-        }
-    }
-    terms.series(order)
+    Ok(Terms::of(system)?.series(order))
+}
+
+/// Returns the size of the series of `system`.
+///
+/// # Errors
+/// As [`compile`].
+pub(super) fn size(system: &System) -> Result<ExpansionSize, MethodError> {
+    let terms = Terms::of(system)?;
+    let (pairs, oblates) = (terms.pairs.len(), terms.oblates.iter());
+    let pairs = pairs.div_ceil(LANES) as f64;
+    let oblates = oblates.map(|(_, points)| points.len().div_ceil(LANES));
+    let oblates = oblates.sum::<usize>() as f64;
+    let (bodies, _) = terms.bodies(1);
+    let turning = || bodies.iter().filter(|body| body.turns());
+    let sides = terms.multipoles.iter().map(|pole| pole.sides.len());
+    let multipoles = sides.map(Multipoles::terms).sum::<f64>();
+    Ok(ExpansionSize {
+        bodies: bodies.len() as f64,
+        rotations: turning().count() as f64,
+        forces: pairs + oblates + terms.multipoles.len() as f64,
+        terms: turning().map(Body::terms).sum::<f64>()
+            + Pairs::TERMS * pairs
+            + Oblate::TERMS * oblates
+            + multipoles,
+    })
 }
 
 /// The terms, with constants in body frames.
 struct Terms<'a> {
     all: &'a [RigidBody],
+    /// What represents each body at each level, once it is known.
+    matter: Vec<[Option<Matter>; 4]>,
     places: Vec<Place>,
     pairs: Vec<Pair>,
     oblates: Vec<(Source, Vec<(usize, f64)>)>,
@@ -54,15 +72,30 @@ struct Pole {
 }
 
 impl<'a> Terms<'a> {
-    fn of(all: &'a [RigidBody]) -> Self {
-        Self {
+    /// The terms of all gravity that is kept.
+    fn of(system: &'a System) -> Result<Self, MethodError> {
+        let forms = system.forms().ok_or(MethodError::Model { method: NAME })?;
+        let all = system.bodies();
+        let mut terms = Self {
             all,
+            matter: vec![[const { None }; 4]; all.len()],
             places: Vec::new(),
             pairs: Vec::new(),
             oblates: Vec::new(),
             multipoles: Vec::new(),
             weights: Vec::new(),
+        };
+        for (index, form) in forms.iter().enumerate() {
+            match system.kept(index) {
+                Some(kept) => {
+                    for kept in kept {
+                        terms.add(form, [kept.body, kept.other], kept.level)?;
+                    }
+                }
+                None => terms.add_all(form)?,
+            }
         }
+        Ok(terms)
     }
 
     /// Adds all interactions of a gravity model in full.
@@ -192,6 +225,15 @@ impl<'a> Terms<'a> {
         let [one, other] = pair;
         match [self.matter(one, level)?, self.matter(other, level)?] {
             [Matter::Points(points), Matter::Points(others)] => {
+                let count = self.pairs.len() + points.len() * others.len();
+                if count > PAIRS {
+                    return Err(MethodError::Parameter {
+                        method: NAME,
+                        parameter: "number of pairs of points",
+                        value: count as f64,
+                        expected: "262144 at most",
+                    });
+                }
                 for (place, mass) in points {
                     for (other, other_mass) in &others {
                         self.pairs.push(Pair {
@@ -221,9 +263,12 @@ impl<'a> Terms<'a> {
 
     /// What represents a body at a level.
     fn matter(&mut self, index: usize, level: Level) -> Result<Matter, MethodError> {
+        if let Some(known) = &self.matter[index][level as usize] {
+            return Ok(known.clone());
+        }
         let body = &self.all[index];
         let center = Place::Body(index, Vector3::zeros());
-        Ok(match (level, body.distribution()) {
+        let matter = match (level, body.distribution()) {
             (Level::Dropped, _) => Matter::Points(Vec::new()),
             (Level::Monopole, _) => {
                 Matter::Points(vec![(self.place(center), body.attracted_mass())])
@@ -243,16 +288,15 @@ impl<'a> Terms<'a> {
                 Matter::Multipole(self.place(center), own)
             }
             (Level::Full, MassDistribution::Polyhedron(_)) => return Err(unsupported(index)),
-        })
+        };
+        self.matter[index][level as usize] = Some(matter.clone());
+        Ok(matter)
     }
 
-    /// The index of a place, which is added if it is new.
+    /// Adds a place and returns its index.
     fn place(&mut self, place: Place) -> usize {
-        let known = self.places.iter().position(|one| *one == place);
-        known.unwrap_or_else(|| {
-            self.places.push(place);
-            self.places.len() - 1
-        })
+        self.places.push(place);
+        self.places.len() - 1
     }
 
     /// Returns true if forces depend on the attitude of a body.
@@ -267,7 +311,8 @@ impl<'a> Terms<'a> {
             })
     }
 
-    fn series(self, order: usize) -> Result<Series, MethodError> {
+    /// The bodies, and the places in their principal axes.
+    fn bodies(&self, order: usize) -> (Vec<Body>, Places) {
         let each = self.all.iter().enumerate();
         let mut bodies: Vec<_> = each
             .map(|(index, body)| Body::new(body, self.needs_attitude(index), order))
@@ -284,19 +329,18 @@ impl<'a> Terms<'a> {
         for (index, body) in bodies.iter_mut().enumerate() {
             body.set_places(index, &places, order);
         }
-        for (index, mut weight) in self.weights {
-            let body = &mut bodies[index];
-            weight.first_moment = body.in_principal_axes(&weight.first_moment);
-            body.add_weight(weight);
+        for (index, weight) in &self.weights {
+            bodies[*index].add_weight(weight);
         }
-        let multipoles = self.multipoles.into_iter().map(|pole| {
-            let sides = pole.sides.into_iter().map(|(body, gm, second)| {
-                Side::new(
-                    body,
-                    gm,
-                    &bodies[body].matrix_in_principal_axes(&second),
-                    order,
-                )
+        (bodies, places)
+    }
+
+    fn series(self, order: usize) -> Series {
+        let (bodies, places) = self.bodies(order);
+        let multipoles = self.multipoles.iter().map(|pole| {
+            let sides = pole.sides.iter().map(|(body, gm, second)| {
+                let second = bodies[*body].matrix_in_principal_axes(second);
+                Side::new(*body, *gm, &second, order)
             });
             Multipoles::new(pole.centers, pole.strength, sides.collect(), order)
         });
@@ -306,7 +350,7 @@ impl<'a> Terms<'a> {
             chunks.map(|points| Oblate::new(source.clone(), points, order))
         });
         let pairs = self.pairs.chunks(LANES);
-        Ok(Series {
+        Series {
             order,
             unit: 1.0,
             oblates: oblates.collect(),
@@ -314,11 +358,12 @@ impl<'a> Terms<'a> {
             bodies,
             places,
             multipoles,
-        })
+        }
     }
 }
 
 /// What represents a body: points, each a place and its mass, or a multipole at the place of its center.
+#[derive(Clone)]
 enum Matter {
     Points(Vec<(usize, f64)>),
     Multipole(usize, Multipole),

@@ -13,12 +13,19 @@ mod series;
 
 use fearless_simd::Level;
 
-use self::compile::compile;
+use self::compile::{compile, size};
 use self::series::Series;
 use super::adaptive::{Solution, Work};
 use super::{MethodError, StepError};
 use crate::rotation::FreeRotation;
+use crate::system::Selection;
 use crate::{BodyState, Load, Mobility, System};
+
+/// Greatest ratio of the step to the unit of time of coefficients, either way.
+const NEAR: f64 = 65_536.0;
+
+/// Units of time that are tried: from the first guess to the least number.
+const UNITS: u32 = 64;
 
 /// Name of the method in errors.
 pub(super) const NAME: &str = "Taylor series";
@@ -46,7 +53,7 @@ pub(crate) struct ExpansionSize {
 impl ExpansionSize {
     /// The size for `system`, or `None` if it cannot be expanded.
     pub(crate) fn of(system: &System) -> Option<Self> {
-        Some(compile(system, 1).ok()?.size())
+        size(system).ok()
     }
 }
 
@@ -56,6 +63,8 @@ impl ExpansionSize {
 pub(super) struct Taylor {
     tolerance: f64,
     series: Series,
+    /// What the series contain.
+    selection: Selection,
     level: Level,
     free: Vec<FreeRotation>,
     controls: Vec<Load>,
@@ -67,7 +76,7 @@ pub(super) struct Taylor {
     time: f64,
     /// True before the first step.
     fresh: bool,
-    /// True if the last expansion holds for all times.
+    /// True if the last expansion is the motion up to its unit of time at least.
     endless: bool,
     work: Work,
 }
@@ -80,6 +89,7 @@ impl Taylor {
         Ok(Self {
             tolerance,
             series: compile(system, order(tolerance) as usize)?,
+            selection: system.selection().clone(),
             level: Level::new(),
             free: free.collect(),
             controls: vec![Load::default(); bodies.len()],
@@ -91,6 +101,63 @@ impl Taylor {
             endless: false,
             work: Work::default(),
         })
+    }
+
+    /// Makes the end of the last step the beginning of the next one.
+    fn move_on(&mut self, system: &System) {
+        if !self.fresh {
+            self.series.begin_at(self.level, self.until - self.begin);
+            let bodies = system.bodies().iter().zip(&mut self.series.bodies);
+            for ((own, body), start) in bodies.zip(&self.start) {
+                match own.mobility() {
+                    Mobility::Free | Mobility::Pivoted => {}
+                    Mobility::Driven(drive) => {
+                        body.begin(own, &drive.advance(own, start, self.until));
+                    }
+                    Mobility::Fixed => body.begin(own, start),
+                }
+            }
+        }
+        self.fresh = false;
+        self.begin = self.until;
+    }
+
+    /// Expands the motion, in a unit of time so close to the step that coefficients neither overflow nor underflow.
+    /// Returns the step, or infinity if the polynomial is the motion up to `span` at least.
+    fn expand(&mut self, span: f64) -> Result<f64, StepError> {
+        if self.time < f64::INFINITY {
+            self.series.set_unit(self.time);
+        } else {
+            self.series.guess_unit(self.level);
+        }
+        for _ in 0..UNITS {
+            self.series.expand(self.level);
+            self.work.evaluations += self.series.order as u64;
+            let unit = self.series.unit;
+            let known = if self.time < f64::INFINITY {
+                self.time
+            } else {
+                self.series.step(self.tolerance, self.time)
+            };
+            let step = self.series.step(self.tolerance, known);
+            if step == f64::INFINITY {
+                if span <= unit {
+                    return Ok(step);
+                }
+                self.series.set_unit(2.0 * span);
+            } else if step > 0.0 {
+                if (unit / NEAR..unit * NEAR).contains(&step) {
+                    self.time = step;
+                    return Ok(step);
+                }
+                self.series.set_unit(step);
+            } else {
+                // An overflow.
+                self.series.set_unit(unit / (NEAR * NEAR));
+            }
+        }
+        let body = self.series.not_finite().unwrap_or_default();
+        Err(StepError::NotFinite { body })
     }
 
     /// Sets `states` to those at `target`.
@@ -141,9 +208,13 @@ impl Solution for Taylor {
     }
 
     fn prepare(&mut self, system: &System) {
+        if self.selection == *system.selection() {
+            return;
+        }
         // What is kept has a series if all interactions have one, which `new` has checked.
         if let Ok(series) = compile(system, self.series.order) {
             self.series = series;
+            self.selection = system.selection().clone();
         }
     }
 
@@ -169,45 +240,23 @@ impl Solution for Taylor {
     }
 
     fn advance(&mut self, system: &mut System, target: f64) -> Result<u32, StepError> {
+        if !self.endless {
+            self.move_on(system);
+        }
+        let span = target - self.begin;
+        if !(self.endless && span.abs() <= self.series.unit) {
+            let step = self.expand(span.abs())?;
+            let least = 4.0 * f64::EPSILON * self.begin.abs().max(target.abs());
+            if step < least {
+                return Err(StepError::StepSizeUnderflow { step, least });
+            }
+            self.endless = step == f64::INFINITY;
+            self.until = self.begin + step.copysign(span);
+            self.work.accepted += 1;
+        }
         if self.endless {
             self.until = target;
-            return Ok(1);
         }
-        if !self.fresh {
-            self.series.begin_at(self.level, self.until - self.begin);
-            let bodies = system.bodies().iter().zip(&mut self.series.bodies);
-            for ((own, body), start) in bodies.zip(&self.start) {
-                match own.mobility() {
-                    Mobility::Free | Mobility::Pivoted => {}
-                    Mobility::Driven(drive) => {
-                        body.begin(own, &drive.advance(own, start, self.until));
-                    }
-                    Mobility::Fixed => body.begin(own, start),
-                }
-            }
-        }
-        self.fresh = false;
-        self.begin = self.until;
-        let known = self.time < f64::INFINITY;
-        self.series.set_unit(self.level, known.then_some(self.time));
-        self.series.expand(self.level);
-        self.work.evaluations += self.series.order as u64;
-        let least = 4.0 * f64::EPSILON * self.begin.abs().max(target.abs());
-        if !known {
-            self.time = self.series.step(self.tolerance, self.time);
-        }
-        let step = self.series.step(self.tolerance, self.time);
-        self.time = step;
-        if step.is_nan() || step < least || step == 0.0 {
-            return Err(StepError::StepSizeUnderflow { step, least });
-        }
-        self.endless = step == f64::INFINITY;
-        self.until = if self.endless {
-            target
-        } else {
-            self.begin + step.copysign(target - self.begin)
-        };
-        self.work.accepted += 1;
         Ok(1)
     }
 

@@ -117,9 +117,9 @@ impl Side {
 }
 
 impl Multipoles {
-    /// Products per term of a sum.
-    pub(super) fn terms(&self) -> f64 {
-        5.0 + 10.0 * self.sides.len() as f64
+    /// Products per term of a sum, with this number of aspherical bodies.
+    pub(super) fn terms(sides: usize) -> f64 {
+        5.0 + 10.0 * sides as f64
     }
 
     /// Two bodies at these places with the product `strength` of their masses and G.

@@ -2,7 +2,6 @@
 
 use fearless_simd::{Level, Simd};
 
-use super::ExpansionSize;
 use super::body::{Body, greater};
 use super::jet::Lanes;
 use super::multipoles::Multipoles;
@@ -25,17 +24,25 @@ pub(super) struct Series {
 }
 
 impl Series {
-    /// Sets the unit of time near `time`. Without one, it follows from the velocities and accelerations at order 0.
-    pub(super) fn set_unit(&mut self, level: Level, time: Option<f64>) {
-        let time = time.unwrap_or_else(|| {
-            self.unit = 1.0;
-            self.expand_to(level, 1);
-            let rates = self.bodies.iter().map(Body::rate);
-            1.0 / rates.fold(0.0, f64::max).sqrt()
-        });
+    /// Sets the unit of time near `time`.
+    pub(super) fn set_unit(&mut self, time: f64) {
         // Without the mantissa.
         let unit = f64::from_bits(time.to_bits() & f64::INFINITY.to_bits());
         self.unit = if unit.is_normal() { unit } else { 1.0 };
+    }
+
+    /// Sets the unit of time by the velocities and accelerations at order 0.
+    pub(super) fn guess_unit(&mut self, level: Level) {
+        self.unit = 1.0;
+        self.expand_to(level, 1);
+        let rates = self.bodies.iter().map(Body::rate);
+        self.set_unit(1.0 / rates.fold(0.0, f64::max).sqrt());
+    }
+
+    /// The first body whose last coefficient is not finite.
+    pub(super) fn not_finite(&self) -> Option<usize> {
+        let infinite = |body: &Body| !body.size(self.order, f64::INFINITY).is_finite();
+        self.bodies.iter().position(infinite)
     }
 
     /// Computes all coefficients from those of order 0.
@@ -47,23 +54,7 @@ impl Series {
         vectorize!(level, simd => expand(simd, self, order));
     }
 
-    /// The size of the expansion.
-    pub(super) fn size(&self) -> ExpansionSize {
-        let turning = self.bodies.iter().filter(|body| body.turns());
-        let multipoles = self.multipoles.iter().map(Multipoles::terms);
-        let forces = [self.pairs.len(), self.oblates.len(), self.multipoles.len()];
-        ExpansionSize {
-            bodies: self.bodies.len() as f64,
-            rotations: turning.clone().count() as f64,
-            forces: forces.into_iter().sum::<usize>() as f64,
-            terms: turning.map(Body::terms).sum::<f64>()
-                + Pairs::TERMS * self.pairs.len() as f64
-                + Oblate::TERMS * self.oblates.len() as f64
-                + multipoles.sum::<f64>(),
-        }
-    }
-
-    /// Begins the free and pivoted bodies at time t of the expansion.
+    /// Begins all bodies at time t of the expansion.
     pub(super) fn begin_at(&mut self, level: Level, t: f64) {
         let t = t / self.unit;
         vectorize!(level, simd => begin_at(simd, &mut self.bodies, t));

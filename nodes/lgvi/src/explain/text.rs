@@ -57,9 +57,12 @@ impl Display for Integrator {
         }
         write!(
             f,
-            "\n  steps       {} a step of the run, of {} s, {:.1} evaluations of gravity each",
-            self.substeps, self.step_size, self.evaluations
+            "\n  steps       {} a step of the run, of {} s",
+            self.substeps, self.step_size
         )?;
+        if self.evaluations > 0.0 {
+            write!(f, ", {:.1} evaluations of gravity each", self.evaluations)?;
+        }
         if self.subdivide > 0 {
             write!(
                 f,

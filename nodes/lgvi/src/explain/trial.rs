@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use lgvi_dynamics::gravity::Gravity;
-use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, System};
+use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation, System};
 use lgvi_middleware::node::NodeError;
 use lgvi_scene::{Energies, Rates, Scene, Scheme};
 
@@ -18,7 +18,7 @@ const LOOKS: u64 = 200;
 pub(super) struct Trial {
     /// Steps of the run made.
     pub(super) steps: u64,
-    /// Evaluations of gravity a step of the method.
+    /// Evaluations of gravity a step of the method, 0 of one that does not evaluate it.
     pub(super) evaluations: f64,
     /// Greatest turn of a body in a step of the method (rad).
     pub(super) largest_turn: f64,
@@ -47,7 +47,9 @@ impl Trial {
     pub(super) fn fly(scene: &Scene, scheme: Scheme) -> Result<Self, NodeError> {
         let counter = Arc::new(AtomicU64::new(0));
         let mut gravity = scene.gravity.of_system();
-        if !gravity.is_empty() {
+        // Taylor series have no loads.
+        let asks = !matches!(scheme.method, Method::Taylor { .. });
+        if asks && !gravity.is_empty() {
             gravity.push(Box::new(Counter(Arc::clone(&counter))));
         }
         let bodies: Vec<_> = scene

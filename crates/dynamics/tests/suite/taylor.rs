@@ -371,9 +371,10 @@ fn a_driven_body_sets_the_unit_of_time() {
     };
     let reference = fly(Method::DormandPrince853 { tolerance: 1e-15 });
     for tolerance in [1e-9, 1e-12, 1e-15] {
-        let error = (fly(taylor(tolerance)) - reference).norm() / reference.norm();
-        println!("{tolerance:e}: {error:e}");
-        assert!(error < 1e-8, "{tolerance:e}: {error:e}");
+        let error = (fly(taylor(tolerance)) - reference).norm();
+        println!("{tolerance:e}: {error:e} of {:e}", reference.norm());
+        // In multiples of the least momentum that counts.
+        assert!(error < 1e-3 * tolerance, "{tolerance:e}: {error:e}");
     }
 }
 
@@ -394,17 +395,19 @@ fn an_equilibrium_that_ends_slowly_is_left() {
         at(&bodies[0], Vector3::zeros()),
         at(&bodies[1], Vector3::new(1e8, 0.0, 0.0)),
     ];
-    let fly = |method| {
+    let fly = |method, steps: u32| {
         let system = System::new(bodies.clone(), vec![Box::new(Mutual::new(6.67e-11))]);
-        let made = Simulation::new(system, states.clone(), method, 1e7);
+        let made = Simulation::new(system, states.clone(), method, 1e7 / f64::from(steps));
         let mut simulation = made.expect("a method");
-        simulation.advance(&[Load::default(); 2]).expect("a step");
+        for _ in 0..steps {
+            simulation.advance(&[Load::default(); 2]).expect("a step");
+        }
         simulation.states()[0].angular_momentum
     };
-    let reference = fly(Method::DormandPrince853 { tolerance: 1e-15 });
+    let reference = fly(Method::RungeKutta4, 10_000);
     assert!(reference.norm() > 0.0);
     for tolerance in [1e-12, 1e-15] {
-        let error = (fly(taylor(tolerance)) - reference).norm() / reference.norm();
+        let error = (fly(taylor(tolerance), 1) - reference).norm() / reference.norm();
         println!("{tolerance:e}: {error:e}");
         assert!(error < 1e-6, "{tolerance:e}: {error:e}");
     }

@@ -226,10 +226,10 @@ impl Body {
             Mobility::Free => {
                 let mut force = f64x4::splat(simd, 0.0);
                 for place in &self.places {
-                    force = force + places.force[*place].load(simd);
+                    force += places.force[*place].load(simd);
                 }
                 if n == 0 {
-                    force = force + self.constant_force.load(simd);
+                    force += self.constant_force.load(simd);
                 }
                 self.velocity[n + 1] = (force * (inverse / self.mass)).into();
                 self.position[n + 1] = (self.velocity[n].load(simd) * inverse).into();
@@ -238,7 +238,7 @@ impl Body {
                 let mut velocity = cross(simd, &drive.rate, self.position[n].load(simd));
                 if n == 0 {
                     let v: [f64; 3] = drive.velocity.into();
-                    velocity = velocity + Lanes::vector(v).load(simd);
+                    velocity += Lanes::vector(v).load(simd);
                 }
                 self.position[n + 1] = (velocity * inverse).into();
                 return;
@@ -257,7 +257,7 @@ impl Body {
     fn moment<S: Simd>(&mut self, simd: S, n: usize, places: &Places) -> f64x4<S> {
         let mut sum = self.moment.load(simd);
         if n == 0 {
-            sum = sum + self.twist.load(simd);
+            sum += self.twist.load(simd);
         }
         let Some(matrix) = &self.rotation.matrix else {
             return sum;
@@ -271,11 +271,11 @@ impl Body {
                     Place::Fixed(_) => None,
                 });
             lever.set(simd, n, points);
-            sum = sum + lever.moment(simd, n, matrix);
+            sum += lever.moment(simd, n, matrix);
         }
         for weight in &self.weights {
             let field = matrix.transposed_times(simd, n, &weight.acceleration);
-            sum = sum + cross(simd, &weight.first_moment, field);
+            sum += cross(simd, &weight.first_moment, field);
         }
         sum
     }

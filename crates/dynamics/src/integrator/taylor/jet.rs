@@ -85,7 +85,7 @@ pub(super) fn evaluate<S: Simd, const COUNT: usize>(
         }
     }
     for (sum, jet) in sums.iter_mut().zip(jets) {
-        *sum = *sum + jet[0].load(simd);
+        *sum += jet[0].load(simd);
     }
     sums
 }
@@ -189,10 +189,10 @@ impl Power {
         let (mut rising, mut falling) = (zero, zero);
         for j in 1..n {
             let k = n - j;
-            rising = rising + weighted_s[k].load(simd) * u[j].load(simd);
-            falling = falling + s[k].load(simd) * weighted_u[j].load(simd);
+            rising += weighted_s[k].load(simd) * u[j].load(simd);
+            falling += s[k].load(simd) * weighted_u[j].load(simd);
         }
-        rising = rising + weighted_s[n].load(simd) * u[0].load(simd);
+        rising += weighted_s[n].load(simd) * u[0].load(simd);
         let inverse = base.inverse.load(simd) * (1.0 / n as f64);
         let u = (self.exponent.load(simd) * rising - falling) * inverse;
         self.u[n] = u.into();
@@ -208,7 +208,7 @@ pub(super) fn squares<S: Simd>(simd: S, d: &[Jet; 3], n: usize) -> [f64x4<S>; 3]
     let mut sums = [f64x4::splat(simd, 0.0); 3];
     for j in 1..n.div_ceil(2) {
         for (sum, d) in sums.iter_mut().zip(d) {
-            *sum = *sum + d[j].load(simd) * d[n - j].load(simd);
+            *sum += d[j].load(simd) * d[n - j].load(simd);
         }
     }
     for (sum, d) in sums.iter_mut().zip(d) {
@@ -216,7 +216,7 @@ pub(super) fn squares<S: Simd>(simd: S, d: &[Jet; 3], n: usize) -> [f64x4<S>; 3]
         let newest = d[0].load(simd) * d[n].load(simd);
         *sum = match n {
             0 => newest,
-            _ if n % 2 == 0 => (*sum + newest) * 2.0 + middle * middle,
+            _ if n.is_multiple_of(2) => (*sum + newest) * 2.0 + middle * middle,
             _ => (*sum + newest) * 2.0,
         };
     }

@@ -65,7 +65,7 @@ impl Lever {
             Self::Line { axis, b } => {
                 let mut sum = zero;
                 for (point, force) in forces {
-                    sum = sum + force.load(simd) * point.dot(axis);
+                    sum += force.load(simd) * point.dot(axis);
                 }
                 b[n] = sum.into();
             }
@@ -74,7 +74,7 @@ impl Lever {
                 for (point, force) in forces {
                     let point: f64x4<S> = [point.x, point.y, point.z, 0.0].simd_into(simd);
                     for (i, sum) in sum.iter_mut().enumerate() {
-                        *sum = *sum + force.broadcast(simd, i) * point;
+                        *sum += force.broadcast(simd, i) * point;
                     }
                 }
                 for ((jet, rotated), row) in rows.iter_mut().zip(rotated).zip(sum) {
@@ -96,9 +96,9 @@ impl Lever {
                 let (x, y, z) = (&x[..=n], &y[..=n], &z[..=n]);
                 let mut sums = [zero; 3];
                 convolve!(n, |j, k| {
-                    sums[0] = sums[0] + b[j].broadcast(simd, 0) * x[k].load(simd);
-                    sums[1] = sums[1] + b[j].broadcast(simd, 1) * y[k].load(simd);
-                    sums[2] = sums[2] + b[j].broadcast(simd, 2) * z[k].load(simd);
+                    sums[0] += b[j].broadcast(simd, 0) * x[k].load(simd);
+                    sums[1] += b[j].broadcast(simd, 1) * y[k].load(simd);
+                    sums[2] += b[j].broadcast(simd, 2) * z[k].load(simd);
                 });
                 cross(simd, axis, sums[0] + sums[1] + sums[2])
             }
@@ -108,8 +108,8 @@ impl Lever {
                     let (a, a_rotated) = (&rows[i][..=n], &rotated[i][..=n]);
                     let (r, r_rotated) = (&matrix.rows[i][..=n], &matrix.rotated[i][..=n]);
                     convolve!(n, |j, k| {
-                        sum[0] = sum[0] + a[j].load(simd) * r_rotated[k].load(simd);
-                        sum[1] = sum[1] + a_rotated[j].load(simd) * r[k].load(simd);
+                        sum[0] += a[j].load(simd) * r_rotated[k].load(simd);
+                        sum[1] += a_rotated[j].load(simd) * r[k].load(simd);
                     });
                 }
                 // a × b from a (b_y, b_z, b_x) − (a_y, a_z, a_x) b

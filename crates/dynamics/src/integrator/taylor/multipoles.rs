@@ -65,7 +65,7 @@ impl Side {
         let mut sums = [f64x4::splat(simd, 0.0); 3];
         convolve!(n, |j, k| {
             for (axis, (sum, row)) in sums.iter_mut().zip(rows).enumerate() {
-                *sum = *sum + d[j].broadcast(simd, axis) * row[k].load(simd);
+                *sum += d[j].broadcast(simd, axis) * row[k].load(simd);
             }
         });
         let e = sums[0] + sums[1] + sums[2];
@@ -86,8 +86,8 @@ impl Side {
         let (slope, e, u) = (&self.slope[..=n], &self.e[..=n], &powers.u[..=n]);
         convolve!(n, |j, k| {
             let slope = slope[j].load(simd);
-            falling = falling + slope * u[k].broadcast(simd, 1);
-            p = p + slope * e[k].load(simd);
+            falling += slope * u[k].broadcast(simd, 1);
+            p += slope * e[k].load(simd);
         });
         self.falling[n] = falling.into();
         self.rotated_falling[n] = rotated(simd, falling).into();
@@ -105,10 +105,10 @@ impl Side {
         convolve!(n, |j, k| {
             let falling = falling[j].load(simd);
             for (sum, row) in across.iter_mut().zip(rows) {
-                *sum = *sum + falling * row[k].load(simd);
+                *sum += falling * row[k].load(simd);
             }
-            moment[0] = moment[0] + falling * rotated_e[k].load(simd);
-            moment[1] = moment[1] + rotated_falling[j].load(simd) * e[k].load(simd);
+            moment[0] += falling * rotated_e[k].load(simd);
+            moment[1] += rotated_falling[j].load(simd) * e[k].load(simd);
         });
         let [x, y, z] = across;
         let across = [sum_of_three(x), sum_of_three(y), sum_of_three(z), 0.0];
@@ -160,7 +160,7 @@ impl Multipoles {
         let mut along = zero;
         let (p, u) = (&self.p[..=n], &self.powers.u[..=n]);
         convolve!(n, |j, k| {
-            along = along + p[j].load(simd) * u[k].load(simd);
+            along += p[j].load(simd) * u[k].load(simd);
         });
         let [.., along, _]: [f64; 4] = along.into();
         let straight = self.strength * self.powers.u[n].0[0] + along;
@@ -168,13 +168,13 @@ impl Multipoles {
         let mut force = zero;
         let (straight, d) = (&self.straight[..=n], &self.d[..=n]);
         convolve!(n, |j, k| {
-            force = force - straight[j].load(simd) * d[k].load(simd);
+            force -= straight[j].load(simd) * d[k].load(simd);
         });
         for side in &self.sides {
             let body = &mut bodies[side.body];
             if let Some(matrix) = body.matrix() {
                 let [across, moment] = side.loads(simd, n, &matrix.rows);
-                force = force + across;
+                force += across;
                 body.moment = (body.moment.load(simd) + moment).into();
             }
         }
@@ -187,7 +187,7 @@ impl Multipoles {
         let d = &self.d[..=n];
         let mut squared = f64x4::splat(simd, 0.0);
         convolve!(n, |j, k| {
-            squared = squared + d[j].load(simd) * d[k].load(simd);
+            squared += d[j].load(simd) * d[k].load(simd);
         });
         let squared = f64x4::splat(simd, sum_of_three(squared));
         self.squared.set(simd, n, squared);

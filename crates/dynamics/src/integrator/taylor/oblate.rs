@@ -88,7 +88,7 @@ impl Oblate {
         let d = [&x[..=n], &y[..=n], &z[..=n]];
         convolve!(n, |j, k| {
             for ((force, factor), d) in force.iter_mut().zip(factors).zip(d) {
-                *force = *force + factor[j].load(simd) * d[k].load(simd);
+                *force += factor[j].load(simd) * d[k].load(simd);
             }
         });
         let masses = self.masses.load(simd);
@@ -110,7 +110,7 @@ impl Oblate {
             if n == 0 {
                 power.begin(u);
                 *to = u;
-                u = u * inverse;
+                u *= inverse;
             } else {
                 *to = power.advance(simd, n, &self.squared);
             }
@@ -118,7 +118,7 @@ impl Oblate {
         let (u, p) = (&self.powers[2].u[..=n], &self.p[..=n]);
         let mut along = f64x4::splat(simd, 0.0);
         convolve!(n, |j, k| {
-            along = along + u[j].load(simd) * p[k].load(simd);
+            along += u[j].load(simd) * p[k].load(simd);
         });
         [powers[0], powers[1], along]
     }

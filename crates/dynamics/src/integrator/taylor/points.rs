@@ -66,7 +66,7 @@ impl Pairs {
         for j in 0..n {
             let u = u[j].load(simd);
             for (force, d) in force.iter_mut().zip(d) {
-                *force = *force + u * d[n - j].load(simd);
+                *force += u * d[n - j].load(simd);
             }
         }
         let mut forces = [[0.0; 4]; 3];

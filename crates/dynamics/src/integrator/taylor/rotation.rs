@@ -134,9 +134,9 @@ impl Rotation {
             let (mut w, mut x, mut y) = (zero, zero, zero);
             convolve!(n, |j, k| {
                 let at_j = q[j].load(simd);
-                w = w + at_j * q[k].broadcast(simd, 0);
-                x = x + at_j * q[k].broadcast(simd, 1);
-                y = y + at_j * q[k].broadcast(simd, 2);
+                w += at_j * q[k].broadcast(simd, 0);
+                x += at_j * q[k].broadcast(simd, 1);
+                y += at_j * q[k].broadcast(simd, 2);
             });
             matrix.set(n, [w.into(), x.into(), y.into()]);
         }
@@ -151,10 +151,10 @@ impl Rotation {
         let (mut x, mut y, mut z, mut gyroscopic) = (zero, zero, zero, zero);
         convolve!(n, |j, k| {
             let at_j = q[j].load(simd);
-            x = x + at_j * omega[k].broadcast(simd, 0);
-            y = y + at_j * omega[k].broadcast(simd, 1);
-            z = z + at_j * omega[k].broadcast(simd, 2);
-            gyroscopic = gyroscopic + yzx[j].load(simd) * zxy[k].load(simd);
+            x += at_j * omega[k].broadcast(simd, 0);
+            y += at_j * omega[k].broadcast(simd, 1);
+            z += at_j * omega[k].broadcast(simd, 2);
+            gyroscopic += yzx[j].load(simd) * zxy[k].load(simd);
         });
         self.free = (gyroscopic * self.gyroscopic.load(simd)).into();
         let [x, y, z]: [[f64; 4]; 3] = [x.into(), y.into(), z.into()];

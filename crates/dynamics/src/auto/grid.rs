@@ -27,28 +27,16 @@ pub(super) fn search(
     reference: &Reference,
     tolerance: f64,
 ) -> Result<Vec<Candidate>, ChoiceError> {
-    let unlimited = f64::INFINITY;
     let mut all = Vec::new();
-    all.extend(adaptive(
-        flights,
-        reference,
-        tolerance,
-        Tuned::DormandPrince,
-        unlimited,
-    )?);
     let cheapest = |all: &[Candidate]| {
         let met = all.iter().filter(|candidate| candidate.error <= tolerance);
-        met.map(|met| met.cost).fold(unlimited, f64::min)
+        met.map(|met| met.cost).fold(f64::INFINITY, f64::min)
     };
-    if flights.cost.expands() {
-        let most = cheapest(&all);
-        all.extend(adaptive(
-            flights,
-            reference,
-            tolerance,
-            Tuned::Taylor,
-            most,
-        )?);
+    for tuned in [Tuned::DormandPrince, Tuned::Taylor] {
+        if tuned == Tuned::DormandPrince || flights.cost.expands() {
+            let most = cheapest(&all);
+            all.extend(adaptive(flights, reference, tolerance, tuned, most)?);
+        }
     }
     for method in EQUAL {
         let most = cheapest(&all);

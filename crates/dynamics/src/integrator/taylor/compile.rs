@@ -147,9 +147,15 @@ impl<'a> Terms<'a> {
         };
         let source = self.place(Place::Fixed(origin));
         let matter = self.matter(body, level)?;
-        let turned = |second: &Matrix3<f64>| {
+        let oblate = |gm: f64, second: &Matrix3<f64>| {
             let attitude = placement.map_or_else(Matrix3::identity, |placement| placement.attitude);
-            principal(second).map(|(second, axes)| (second, attitude * axes))
+            let (second, axes) = principal(second).ok_or(MethodError::Model { method: NAME })?;
+            Ok::<_, MethodError>(Source {
+                gm,
+                second,
+                position: origin,
+                attitude: attitude * axes,
+            })
         };
         match (second, matter) {
             (None, Matter::Points(points)) => {
@@ -161,15 +167,7 @@ impl<'a> Terms<'a> {
                 }
             }
             (Some(second), Matter::Points(points)) => {
-                let (second, attitude) =
-                    turned(second).ok_or(MethodError::Model { method: NAME })?;
-                let source = Source {
-                    gm,
-                    second,
-                    position: origin,
-                    attitude,
-                };
-                self.oblates.push((source, points));
+                self.oblates.push((oblate(gm, second)?, points));
             }
             (second, Matter::Multipole(center, own)) => {
                 let mass = own.strength();
@@ -181,14 +179,7 @@ impl<'a> Terms<'a> {
                 });
                 // The rest of the source acts on the center.
                 if let Some(second) = second {
-                    let (second, attitude) =
-                        turned(second).ok_or(MethodError::Model { method: NAME })?;
-                    let rest = Source {
-                        gm: 0.0,
-                        second,
-                        position: origin,
-                        attitude,
-                    };
+                    let rest = oblate(0.0, second)?;
                     self.oblates.push((rest, vec![(center, mass)]));
                 }
             }

@@ -261,6 +261,19 @@ fn output_that_nobody_takes_is_no_panic() {
 fn a_program_without_security_refuses_to_pretend() {
     let world = World::new();
     let output = format!("output:={}", world.path("bag").display());
+    // A permissive node without the files joins without security. With them it was meant to be secure.
+    let enclave = world.path("keys").join("enclaves/a");
+    std::fs::create_dir_all(&enclave).expect("a directory");
+    for file in [
+        "identity_ca.cert.pem",
+        "cert.pem",
+        "key.pem",
+        "permissions_ca.cert.pem",
+        "governance.p7s",
+        "permissions.p7s",
+    ] {
+        std::fs::write(enclave.join(file), "").expect("a file");
+    }
     for strategy in ["Enforce", "Permissive"] {
         let mut command = world.command(&binary("lgvi_recorder"));
         command

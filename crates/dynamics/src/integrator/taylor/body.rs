@@ -9,6 +9,7 @@ use super::jet::{Jet, Lanes, cross, evaluate, jet};
 use super::lever::Lever;
 use super::places::{Place, Places};
 use super::rotation::{Matrix, Rotation};
+use super::weight::{Torque, Weight};
 use crate::rotation::PrincipalAxes;
 use crate::{BodyState, Load, Mobility, RigidBody};
 
@@ -32,21 +33,15 @@ pub(super) struct Body {
     lever: Option<Lever>,
     /// Indices of the body's places.
     places: Vec<usize>,
-    /// Force of controls and uniform fields, inertial frame, and moment of controls, in principal axes.
+    /// Force of uniform fields, and that with the one of controls, inertial frame; and moment of controls, in principal
+    /// axes.
+    weight: Vector3<f64>,
     constant_force: Lanes,
     twist: Lanes,
-    weights: Vec<Weight>,
+    /// Moments of uniform fields.
+    torques: Vec<Torque>,
     /// Coefficient n of moments, in principal axes.
     pub(super) moment: Lanes,
-}
-
-/// A uniform field on a body.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Weight {
-    pub(super) acceleration: Vector3<f64>,
-    pub(super) mass: f64,
-    /// `Σ m ρ`, in principal axes once a body has it.
-    pub(super) first_moment: Vector3<f64>,
 }
 
 impl Body {
@@ -74,9 +69,10 @@ impl Body {
             turns: matrix,
             lever: None,
             places: Vec::new(),
+            weight: Vector3::zeros(),
             constant_force: Lanes::default(),
             twist: Lanes::default(),
-            weights: Vec::new(),
+            torques: Vec::new(),
             moment: Lanes::default(),
         }
     }
@@ -98,11 +94,17 @@ impl Body {
     }
 
     /// Adds a uniform field, given in the body frame.
-    pub(super) fn add_weight(&mut self, weight: &Weight) {
-        self.weights.push(Weight {
-            first_moment: self.in_principal_axes(&weight.first_moment),
-            ..*weight
-        });
+    pub(super) fn add_weight(&mut self, weight: &Weight, order: usize) {
+        self.weight += weight.mass * weight.acceleration;
+        if weight.first_moment != Vector3::zeros() && !self.mobility.is_given() {
+            let first_moment = self.in_principal_axes(&weight.first_moment);
+            let weight = Weight {
+                first_moment,
+                ..*weight
+            };
+            self.torques.push(Torque::new(&weight, order));
+            self.turns = true;
+        }
     }
 
     /// Sets the body's places, given all.
@@ -121,14 +123,10 @@ impl Body {
 
     /// Sets the controls.
     pub(super) fn set_control(&mut self, control: &Load) {
-        let mut force = control.force;
-        for weight in &self.weights {
-            force += weight.mass * weight.acceleration;
-        }
-        self.constant_force = Lanes::vector(force.into());
+        self.constant_force = Lanes::vector((control.force + self.weight).into());
         self.twist = Lanes::vector(self.in_principal_axes(&control.moment).into());
         let controlled = !self.mobility.is_given() && control.moment != Vector3::zeros();
-        self.turns = self.rotation.matrix.is_some() || controlled;
+        self.turns = self.rotation.matrix.is_some() || !self.torques.is_empty() || controlled;
     }
 
     /// Returns true if its rotation is expanded, otherwise it is free or given.
@@ -142,7 +140,8 @@ impl Body {
         if self.mobility.is_given() {
             return matrix;
         }
-        4.0 + matrix + self.lever.as_ref().map_or(0.0, Lever::terms)
+        let torques = 2.0 * self.torques.len() as f64;
+        4.0 + matrix + torques + self.lever.as_ref().map_or(0.0, Lever::terms)
     }
 
     /// Begins at a state.
@@ -156,7 +155,15 @@ impl Body {
         let momentum = self.in_principal_axes(&state.angular_momentum);
         let omega = momentum.component_div(&self.moments);
         let q = Lanes([w, u.x, u.y, u.z]);
-        self.rotation.begin(q, Lanes::vector(omega.into()));
+        self.begin_rotation(q, Lanes::vector(omega.into()));
+    }
+
+    #[inline(always)]
+    fn begin_rotation(&mut self, q: Lanes, omega: Lanes) {
+        self.rotation.begin(q, omega);
+        for torque in &mut self.torques {
+            torque.begin(&self.rotation);
+        }
     }
 
     /// Begins at time t of the expansion, in its unit.
@@ -165,7 +172,7 @@ impl Body {
         let [x, v, q, omega] = self.at(simd, t);
         self.position[0] = x;
         self.velocity[0] = v;
-        self.rotation.begin(q, omega);
+        self.begin_rotation(q, omega);
     }
 
     /// Position, velocity, quaternion and angular velocity at time t of the expansion, in its unit.
@@ -206,6 +213,9 @@ impl Body {
         self.moment = Lanes::default();
         if self.turns {
             self.rotation.turn(simd, n, inverse);
+            for torque in &mut self.torques {
+                torque.turn(simd, n, inverse, &self.rotation);
+            }
         }
     }
 
@@ -259,10 +269,7 @@ impl Body {
         if n == 0 {
             sum += self.twist.load(simd);
         }
-        let Some(matrix) = &self.rotation.matrix else {
-            return sum;
-        };
-        if let Some(lever) = &mut self.lever {
+        if let (Some(lever), Some(matrix)) = (&mut self.lever, &self.rotation.matrix) {
             let points = self
                 .places
                 .iter()
@@ -273,9 +280,8 @@ impl Body {
             lever.set(simd, n, points);
             sum += lever.moment(simd, n, matrix);
         }
-        for weight in &self.weights {
-            let field = matrix.transposed_times(simd, n, &weight.acceleration);
-            sum += cross(simd, &weight.first_moment, field);
+        for torque in &self.torques {
+            sum += torque.moment(simd, n);
         }
         sum
     }

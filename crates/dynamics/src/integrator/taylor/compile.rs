@@ -2,12 +2,13 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::body::{Body, Weight};
+use super::body::Body;
 use super::multipoles::{Multipoles, Side};
 use super::oblate::{Oblate, Source};
 use super::places::{Place, Places};
 use super::points::{Pair, Pairs};
 use super::series::Series;
+use super::weight::Weight;
 use super::{ExpansionSize, NAME};
 use crate::gravity::{Form, Level, Multipole, Placement, SourceShape};
 use crate::integrator::MethodError;
@@ -294,12 +295,8 @@ impl<'a> Terms<'a> {
     fn needs_attitude(&self, index: usize) -> bool {
         let mut places = self.places.iter();
         let mut sides = self.multipoles.iter().flat_map(|pole| &pole.sides);
-        let mut weights = self.weights.iter();
         places.any(|place| matches!(place, Place::Body(body, point) if *body == index && *point != Vector3::zeros()))
             || sides.any(|(body, ..)| *body == index)
-            || weights.any(|(body, weight)| {
-                *body == index && weight.first_moment != Vector3::zeros()
-            })
     }
 
     /// The bodies, and the places in their principal axes.
@@ -321,7 +318,7 @@ impl<'a> Terms<'a> {
             body.set_places(index, &places, order);
         }
         for (index, weight) in &self.weights {
-            bodies[*index].add_weight(weight);
+            bodies[*index].add_weight(weight, order);
         }
         (bodies, places)
     }

@@ -10,6 +10,7 @@ mod places;
 mod points;
 mod rotation;
 mod series;
+mod weight;
 
 use fearless_simd::Level;
 

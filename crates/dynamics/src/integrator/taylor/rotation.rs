@@ -72,18 +72,6 @@ impl Matrix {
         let [x, y, z] = &self.columns;
         x.load(simd) * v.x + y.load(simd) * v.y + z.load(simd) * v.z
     }
-
-    /// Coefficient n of `Rᵀ v` for a constant v.
-    #[inline(always)]
-    pub(super) fn transposed_times<S: Simd>(
-        &self,
-        simd: S,
-        n: usize,
-        v: &Vector3<f64>,
-    ) -> f64x4<S> {
-        let [x, y, z] = &self.rows;
-        x[n].load(simd) * v.x + y[n].load(simd) * v.y + z[n].load(simd) * v.z
-    }
 }
 
 impl Rotation {
@@ -115,6 +103,12 @@ impl Rotation {
         self.set_omega(0, omega);
     }
 
+    /// The coefficients of ω up to n as (y, z, x) and as (z, x, y).
+    #[inline(always)]
+    pub(super) fn rotated(&self, n: usize) -> [&[Lanes]; 2] {
+        [&self.rotated[0][..=n], &self.rotated[1][..=n]]
+    }
+
     #[inline(always)]
     fn set_omega(&mut self, n: usize, omega: Lanes) {
         let [x, y, z, _] = omega.0;
@@ -128,7 +122,7 @@ impl Rotation {
     #[inline(always)]
     pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, inverse: f64) {
         let (q, omega) = (&self.q[..=n], &self.omega[..=n]);
-        let (yzx, zxy) = (&self.rotated[0][..=n], &self.rotated[1][..=n]);
+        let [yzx, zxy] = [&self.rotated[0][..=n], &self.rotated[1][..=n]];
         let zero = f64x4::splat(simd, 0.0);
         if let Some(matrix) = &mut self.matrix {
             let (mut w, mut x, mut y) = (zero, zero, zero);

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::auto::ChoiceError;
+use lgvi_dynamics::integrator::{KeplerScheme, Rotor};
 use lgvi_dynamics::{Load, Method};
 
 use crate::clock::Moment;
@@ -97,7 +98,13 @@ fn row(
     repeats: u32,
 ) -> Result<(Option<Spread>, Option<String>), BenchError> {
     let begun = Moment::now();
-    let choice = run.choose(tolerance)?;
+    let choice = match run.choose(tolerance) {
+        Ok(choice) => choice,
+        Err(BenchError::Choice(refused @ ChoiceError::Floor { .. })) => {
+            return Ok((None, Some(format!("{}: {refused}", run.name))));
+        }
+        Err(error) => return Err(error),
+    };
     let choosing = begun.elapsed();
     let (method, substeps) = (choice.method, choice.substeps);
     let (error, _) = run.fly(method, substeps, truth)?;
@@ -212,6 +219,7 @@ fn tries(run: &Run) -> Result<Vec<Vec<(Method, u32)>>, BenchError> {
     ];
     let exact = Rotor::Exact;
     tries.extend([8, 6, 4].map(|order| finer(Method::Nystrom { order })));
+    tries.extend(KeplerScheme::ALL.map(|scheme| finer(Method::WisdomHolman { scheme })));
     let rotor = Rotor::default();
     tries.extend([10, 8, 6, 4].map(|order| finer(Method::Composition { order, rotor })));
     tries.extend([rotor, exact].map(|rotor| finer(Method::Lgvi(rotor))));

@@ -26,6 +26,15 @@ const COUNTED: [u64; 2] = [1_000, 101_000];
 
 const TIGHT_LOOP: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/peers/tight_loop.cpp");
 
+/// Flags of the compiler. Fused multiply–adds round once, so that results differ between processors: lgvi has none.
+const FLAGS: [(&str, &[&str]); 2] = [
+    ("tight C++ loop", &["-O3", "-march=native"]),
+    (
+        "the same without fused multiply–adds",
+        &["-O3", "-march=native", "-ffp-contract=off"],
+    ),
+];
+
 fn simulation(which: usize) -> Result<Simulation, BenchError> {
     let (_, name, h) = FLIGHTS[which];
     let (system, states) = Case::load(name)?.system()?;
@@ -49,40 +58,44 @@ pub(crate) fn fly(which: u64, steps: u64) -> Result<(), BenchError> {
 
 /// Times both flights and the tight loops in turns, counts instructions where there is valgrind; keeps the table `step`.
 pub(crate) fn run(repeats: u32, directory: &Path) -> Result<(), BenchError> {
-    let tight = TightLoop::compile();
-    if let Err(error) = &tight {
+    let tight = FLAGS.map(|(_, flags)| TightLoop::compile(flags));
+    for error in tight.iter().filter_map(|tight| tight.as_ref().err()) {
         println!("no tight loop: {error}");
     }
     let mut own = [Vec::new(), Vec::new()];
-    let mut beside = [Vec::new(), Vec::new()];
+    let mut beside = FLAGS.map(|_| [Vec::new(), Vec::new()]);
     for _ in 0..repeats {
         for (which, times) in own.iter_mut().enumerate() {
             times.push(step(which)?);
         }
-        if let Ok(tight) = &tight {
+        for (tight, beside) in tight.iter().zip(&mut beside) {
+            let Ok(tight) = tight else { continue };
             for (times, time) in beside.iter_mut().zip(tight.run()?) {
                 times.push(time);
             }
         }
     }
-    let mut table = Table::new(["", "time", "tight C++ loop", "ratio", "instructions"]);
+    let head = FLAGS.iter().flat_map(|(name, _)| [*name, "ratio"]);
+    let mut table = Table::new(["", "time"].into_iter().chain(head).chain(["instructions"]));
     for (which, (label, _, _)) in FLIGHTS.iter().enumerate() {
         let median = |times: &Vec<f64>| {
             let spread = Spread::of(times.iter().copied());
             spread.map_or_else(String::new, |spread| format!("{} ns", short(spread.median)))
         };
-        let ratio = Spread::of_ratios(&own[which], &beside[which]);
-        let instructions = instructions(which).map(|count| format!("{count:.0}"));
-        table.row([
-            (*label).to_owned(),
-            median(&own[which]),
-            median(&beside[which]),
-            ratio.map_or_else(String::new, |ratio| ratio.to_string()),
-            instructions.unwrap_or_else(|error| {
+        let mut row = vec![(*label).to_owned(), median(&own[which])];
+        for beside in &beside {
+            let ratio = Spread::of_ratios(&own[which], &beside[which]);
+            row.push(median(&beside[which]));
+            row.push(ratio.map_or_else(String::new, |ratio| ratio.to_string()));
+        }
+        row.push(instructions(which).map_or_else(
+            |error| {
                 println!("no instructions: {error}");
                 String::new()
-            }),
-        ]);
+            },
+            |count| format!("{count:.0}"),
+        ));
+        table.row(row);
     }
     table.keep(directory, "step")
 }
@@ -102,12 +115,13 @@ fn step(which: usize) -> Result<f64, BenchError> {
 struct TightLoop(tempfile::TempPath);
 
 impl TightLoop {
-    fn compile() -> Result<Self, BenchError> {
+    fn compile(flags: &[&str]) -> Result<Self, BenchError> {
         let refuse = |error: &dyn std::fmt::Display| BenchError::Peer(format!("g++: {error}"));
         let file = tempfile::NamedTempFile::new().map_err(|error| refuse(&error))?;
         let program = file.into_temp_path();
         let compiled = Command::new("g++")
-            .args(["-O3", "-march=native", TIGHT_LOOP, "-o"])
+            .args(flags)
+            .args([TIGHT_LOOP, "-o"])
             .arg(&program)
             .status()
             .map_err(|error| refuse(&error))?;

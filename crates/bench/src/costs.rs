@@ -1,6 +1,7 @@
 //! What the parts of a flight cost, in nanoseconds: the constants by which the automatic choice predicts.
 
-use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::integrator::{Integrator, KeplerScheme, Rotor};
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, System};
 use nalgebra::{Matrix3, Vector3};
 
@@ -57,6 +58,8 @@ pub(crate) fn run(repeats: u32) -> Result<(), BenchError> {
         );
     }
     println!();
+    println!("Kepler's motion: {:.0} ns", kepler(repeats)?);
+    println!();
     println!(
         "| run | gravity (ns) | predicted points | a point (ns) | discrete stage (ns) | Dormand–Prince step (ns) | state shown (ns) | \
          Taylor step (ns) | state shown (ns) |"
@@ -110,12 +113,22 @@ fn step(bodies: &[RigidBody], method: Method, repeats: u32) -> Result<f64, Bench
     let mut states: Vec<_> = bodies.iter().map(turning).collect();
     let mut system = System::new(bodies.to_vec(), vec![]);
     let mut integrator = method.integrator(&system)?;
-    let controls = vec![Load::default(); bodies.len()];
     system.constrain(&mut states);
     integrator.start(&mut system, &states);
+    advance(&mut *integrator, &mut system, &mut states, repeats)
+}
+
+/// Time (ns) of a step.
+fn advance(
+    integrator: &mut dyn Integrator,
+    system: &mut System,
+    states: &mut [BodyState],
+    repeats: u32,
+) -> Result<f64, BenchError> {
+    let controls = vec![Load::default(); states.len()];
     let mut failed = None;
     let time = nanoseconds(repeats, || {
-        if let Err(error) = integrator.step(&mut system, &mut states, &controls, H) {
+        if let Err(error) = integrator.step(system, states, &controls, H) {
             failed = Some(error);
         }
     });
@@ -126,6 +139,23 @@ fn step(bodies: &[RigidBody], method: Method, repeats: u32) -> Result<f64, Bench
 fn stage(bodies: &[RigidBody], rotor: Rotor, repeats: u32) -> Result<f64, BenchError> {
     let at = |order| step(bodies, Method::Composition { order, rotor }, repeats);
     Ok((at(8)? - at(4)?) / 16.0)
+}
+
+/// Time (ns) of Kepler's motion of a body, from two schemes of different length.
+fn kepler(repeats: u32) -> Result<f64, BenchError> {
+    let at = |scheme| {
+        let body = free([1.0; 3])?;
+        let zero = Vector3::zeros();
+        let [position, velocity] = [Vector3::x(), Vector3::new(0.1, 0.9, 0.2)];
+        let state =
+            BodyState::from_velocities(&body, position, velocity, Matrix3::identity(), zero);
+        let mut system = System::new(vec![body], vec![Box::new(Central { gm: 1.0 })]);
+        let mut states = vec![state];
+        let mut integrator = Method::WisdomHolman { scheme }.integrator(&system)?;
+        integrator.start(&mut system, &states);
+        advance(&mut *integrator, &mut system, &mut states, repeats)
+    };
+    Ok((at(KeplerScheme::Aba1064)? - at(KeplerScheme::Leapfrog)?) / 8.0)
 }
 
 /// Time (ns) of a step of a method with error control, and of a state that it shows.

@@ -20,6 +20,7 @@ mod error;
 mod feedback;
 mod free;
 mod laziness;
+mod long;
 mod maneuvers;
 mod methods;
 mod peer;
@@ -67,6 +68,12 @@ enum Command {
     Precision(precision::Options),
     /// The free body in closed form, at any time.
     Free,
+    /// Energy and phase over 1e6 orbits of planets and 100 years of a binary asteroid, beside peers. Takes half an hour.
+    Long {
+        /// Only a thousandth of the time, without peers.
+        #[arg(long)]
+        quick: bool,
+    },
     /// Time and instructions of one step through the public API.
     Step {
         /// Only fly this many steps of a free body (0) or of two dumbbells (1): what callgrind counts.
@@ -203,6 +210,7 @@ fn dispatch(
             )),
         },
         Command::Free => free::run(python, repeats, output),
+        Command::Long { quick } => long::run(quick, python, output),
         Command::Step { fly: Some(which) } => cost::fly(which[0], which[1]),
         Command::Step { fly: None } => cost::run(repeats, output),
         Command::Auto {

@@ -40,12 +40,7 @@ pub(crate) fn families() -> Vec<(String, Family)> {
             Family::Stepped(Method::Nystrom { order }),
         ));
     }
-    for scheme in [
-        KeplerScheme::Leapfrog,
-        KeplerScheme::Aba82,
-        KeplerScheme::Aba864,
-        KeplerScheme::Aba1064,
-    ] {
+    for scheme in KeplerScheme::ALL {
         families.push((
             format!("Wisdom–Holman {scheme}"),
             Family::Stepped(Method::WisdomHolman { scheme }),

@@ -4,7 +4,7 @@ use std::fmt;
 use std::ops::ControlFlow;
 
 use lgvi_dynamics::auto::{Choice, ChoiceError, Run, choose};
-use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::integrator::{KeplerScheme, Rotor};
 use lgvi_dynamics::{Method, System};
 use serde::Deserialize;
 
@@ -94,6 +94,15 @@ impl fmt::Display for Chosen {
                 write!(f, "{{ name = \"taylor\", tolerance = {tolerance:e} }}")?;
             }
             Method::Nystrom { order } => write!(f, "{{ name = \"nystrom\", order = {order} }}")?,
+            Method::WisdomHolman { scheme } => {
+                let scheme = match scheme {
+                    KeplerScheme::Leapfrog => "leapfrog",
+                    KeplerScheme::Aba82 => "aba82",
+                    KeplerScheme::Aba864 => "aba864",
+                    KeplerScheme::Aba1064 => "aba1064",
+                };
+                write!(f, "{{ name = \"wisdom_holman\", scheme = \"{scheme}\" }}")?;
+            }
             Method::Lgvi(Rotor::Discrete) => write!(f, "\"lgvi\"")?,
             // Never chosen automatically.
             other => write!(f, "\"{other}\"")?,

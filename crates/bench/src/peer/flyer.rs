@@ -97,6 +97,11 @@ impl Flyer {
         }
     }
 
+    /// It may take this long for an answer.
+    pub(crate) fn patient(self, limit: Duration) -> Self {
+        Self { limit, ..self }
+    }
+
     /// What can fly the reference case called `name` to `times`, until another is offered.
     pub(crate) fn offer_case(
         &mut self,

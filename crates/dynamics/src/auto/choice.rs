@@ -1,8 +1,6 @@
 use std::fmt;
 
-use super::cost::Cost;
-use super::{ChoiceError, Run};
-use crate::{Accuracy, BodyState, Method, System};
+use crate::Method;
 
 /// A method and its number of substeps, chosen for a run, with the reasons for the choice.
 #[derive(Clone, Debug, PartialEq)]
@@ -56,40 +54,6 @@ pub enum Outlook {
 }
 
 impl Choice {
-    /// The choice for bodies without loads: exact except for the rounding of displacements and rotation angles.
-    pub(super) fn closed_form(
-        system: &System,
-        states: &[BodyState],
-        run: Run,
-        cost: &Cost,
-        tolerance: f64,
-    ) -> Result<Self, ChoiceError> {
-        let Accuracy { length } = Accuracy::new(system.bodies(), states);
-        let moved = system.bodies().iter().zip(states).map(|(body, state)| {
-            let rate = state.velocity(body).norm() / length;
-            rate.max(state.angular_velocity(body).norm()) * run.duration
-        });
-        let error = f64::EPSILON * moved.fold(1.0, f64::max);
-        if error > tolerance {
-            return Err(ChoiceError::beyond(tolerance, error));
-        }
-        let method = Method::ClosedForm;
-        let only = Candidate {
-            method,
-            substeps: 1,
-            error,
-            cost: cost.closed_form(run.steps as f64),
-        };
-        Ok(Self {
-            method,
-            substeps: 1,
-            error,
-            outlook: Outlook::Met,
-            candidates: vec![only],
-            evaluations: 0,
-        })
-    }
-
     /// A warning if the tolerance is not met or not known to be met, else `None`.
     pub fn warning(&self) -> Option<String> {
         let Self { outlook, error, .. } = self;

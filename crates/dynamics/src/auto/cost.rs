@@ -1,5 +1,9 @@
-use crate::integrator::{ExpansionSize as Size, Rotor, Splitting};
-use crate::{Inertia, Method, Mobility, RigidBody, System};
+use nalgebra::Vector3;
+
+use crate::integrator::{
+    ExpansionSize as Size, Integrator, KeplerScheme, Rotor, Splitting, WisdomHolman,
+};
+use crate::{BodyState, Inertia, Method, Mobility, RigidBody, System};
 
 // Costs are in nanoseconds of one core of the machine on which they were measured. Only their ratios matter.
 // `lgvi_bench costs` measures them again.
@@ -21,6 +25,10 @@ const EXACT: [f64; 3] = [42.0, 31.0, 145.0];
 /// rotor's equation takes more iterations.
 const PIVOTED: f64 = 45.0;
 
+/// Cost per body of Kepler's motion, and of the attraction of its center in a kick.
+const KEPLER: f64 = 130.0;
+const CENTER: f64 = 12.0;
+
 /// Cost per body and step of the closed form, by the same three cases.
 const CLOSED_FORM: [f64; 3] = [60.0, 80.0, 302.0];
 
@@ -35,14 +43,16 @@ const DENSE: f64 = 4.0;
 /// Cost per body and dense output state of an adaptive method.
 const SHOWN: f64 = 97.0;
 
-/// Cost of a step of a Taylor series: in all, and per order for a body, for its rotation, and for a group of forces.
+/// Cost of a step of a Taylor series: in all, and per order for a body, for its rotation, for a group of forces, and
+/// because a force waits for places and a velocity for forces.
 const EXPANSION: f64 = 120.0;
-const EXPANDED_BODY: f64 = 10.0;
-const EXPANDED_ROTATION: f64 = 6.0;
-const EXPANDED_FORCES: f64 = 20.0;
+const EXPANDED_BODY: f64 = 6.0;
+const EXPANDED_ROTATION: f64 = 4.0;
+const EXPANDED_FORCES: f64 = 10.0;
+const WAITING: f64 = 45.0;
 
 /// Cost of a term of a product of Taylor series, in all lanes.
-const TERM: f64 = 0.36;
+const TERM: f64 = 0.3;
 
 /// Cost per body and output state of a Taylor series: in all, and per order.
 const EVALUATED: [f64; 2] = [50.0, 2.5];
@@ -51,18 +61,58 @@ const EVALUATED: [f64; 2] = [50.0, 2.5];
 const POINT: f64 = 11.0;
 
 /// Predicts the cost of flights of a system.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Cost {
     gravity: f64,
     /// Numbers of moving bodies with three equal principal moments, with two, and with none.
     moving: [f64; 3],
     pivoted: f64,
-    /// Size of the Taylor series, if they can be used.
-    expansion: Option<Size>,
+    /// Size of the Taylor series, if they can be used, and numbers of bodies that turn without being expanded, by their
+    /// principal moments as above.
+    expansion: Option<(Size, [f64; 3])>,
+    /// What the Wisdom–Holman method makes of the system, if it can be used.
+    kepler: Option<Kepler>,
+}
+
+/// What the Wisdom–Holman method need not compute in each stage.
+#[derive(Clone, Copy, Debug)]
+struct Kepler {
+    /// True if Kepler's motion is all there is.
+    solved: bool,
+    /// Numbers of bodies that rotate once in a step, by their principal moments as above.
+    coasting: [f64; 3],
+}
+
+impl Kepler {
+    fn of(system: &mut System, states: &[BodyState]) -> Option<Self> {
+        let mut method = WisdomHolman::new(KeplerScheme::default(), system).ok()?;
+        method.check(system, states).ok()?;
+        method.start(system, states);
+        let (solved, coasts) = method.outline()?;
+        let mut coasting = [0.0; 3];
+        for (body, coasts) in system.bodies().iter().zip(coasts) {
+            if *coasts && !body.mobility().is_given() {
+                coasting[different(body.inertia()) - 1] += 1.0;
+            }
+        }
+        Some(Self { solved, coasting })
+    }
 }
 
 impl Cost {
-    pub(super) fn new(system: &System) -> Self {
+    pub(super) fn new(system: &mut System, states: &[BodyState]) -> Self {
+        let kepler = Kepler::of(system, states);
+        let expansion = Size::of(system).map(|size| {
+            let mut free = [0.0; 3];
+            let bodies = system.bodies().iter().zip(states).zip(&size.turning);
+            for ((body, state), expanded) in bodies {
+                let turns = state.angular_momentum != Vector3::zeros();
+                if turns && !expanded && !body.mobility().is_given() {
+                    free[different(body.inertia()) - 1] += 1.0;
+                }
+            }
+            (size, free)
+        });
         let mut moving = [0.0; 3];
         let bodies = system.bodies().iter();
         let is_pivoted = |body: &&RigidBody| *body.mobility() == Mobility::Pivoted;
@@ -74,7 +124,8 @@ impl Cost {
             gravity: POINT * system.cost(),
             moving,
             pivoted,
-            expansion: Size::of(system),
+            expansion,
+            kepler,
         }
     }
 
@@ -83,15 +134,28 @@ impl Cost {
         steps * (STEP + self.of(CLOSED_FORM))
     }
 
-    /// The cost of a step of a splitting method.
-    pub(super) fn step(&self, splitting: &Splitting, rotor: Rotor) -> f64 {
-        let (evaluations, drifts) = splitting.work();
-        let drift = match rotor {
-            Rotor::Exact => self.of(EXACT),
-            Rotor::Discrete => DISCRETE * self.bodies() + PIVOTED * self.pivoted,
-        };
+    /// The cost of a step of a method of equal steps, or infinity if it cannot be used.
+    pub(super) fn step(&self, method: Method) -> f64 {
         let own = STEP + BODY * self.bodies();
-        own + f64::from(evaluations) * self.gravity + f64::from(drifts) * drift
+        let (evaluations, drifts) = work(method);
+        let (evaluations, drifts) = (f64::from(evaluations), f64::from(drifts));
+        match (method, &self.kepler) {
+            (Method::WisdomHolman { .. }, Some(kepler)) => {
+                let turning =
+                    drifts * self.of(EXACT) - (drifts - 1.0) * sum(kepler.coasting, EXACT);
+                let moving = drifts * KEPLER * self.bodies();
+                let kicks = evaluations * (self.gravity + CENTER * self.bodies());
+                own + turning + moving + if kepler.solved { 0.0 } else { kicks }
+            }
+            (Method::WisdomHolman { .. }, None) => f64::INFINITY,
+            _ => {
+                let drift = match method.rotor() {
+                    Some(Rotor::Discrete) => DISCRETE * self.bodies() + PIVOTED * self.pivoted,
+                    _ => self.of(EXACT),
+                };
+                own + evaluations * self.gravity + drifts * drift
+            }
+        }
     }
 
     /// The cost of an internal step of the Dormand–Prince method.
@@ -111,19 +175,23 @@ impl Cost {
 
     /// The cost of a step of a Taylor series of this order, or infinity if there is none.
     pub(super) fn expansion(&self, order: u32) -> f64 {
-        let Some(size) = &self.expansion else {
+        let Some((size, _)) = &self.expansion else {
             return f64::INFINITY;
         };
         let order = f64::from(order);
-        let bodies = EXPANDED_BODY * size.bodies + EXPANDED_ROTATION * size.rotations;
-        let own = bodies + EXPANDED_FORCES * size.forces;
+        let rotations = size.turning.iter().filter(|turns| **turns).count();
+        let bodies = EXPANDED_BODY * self.bodies() + EXPANDED_ROTATION * rotations as f64;
+        let waiting = if size.forces > 0.0 { WAITING } else { 0.0 };
+        let own = bodies + EXPANDED_FORCES * size.forces + waiting;
         EXPANSION + order * (own + 0.5 * order * TERM * size.terms)
     }
 
     /// The cost of `shown` output states of a Taylor series of this order.
     pub(super) fn evaluated(&self, order: u32, shown: f64) -> f64 {
         let [own, each] = EVALUATED;
-        shown * (STEP + self.bodies() * (own + each * f64::from(order)))
+        let free = self.expansion.as_ref().map_or([0.0; 3], |(_, free)| *free);
+        let bodies = self.bodies() * (own + each * f64::from(order));
+        shown * (STEP + bodies + sum(free, CLOSED_FORM))
     }
 
     fn stage(&self) -> f64 {
@@ -133,8 +201,7 @@ impl Cost {
 
     /// The sum of `costs` over the bodies, indexed by the number of distinct principal moments.
     fn of(&self, costs: [f64; 3]) -> f64 {
-        let each = self.moving.iter().zip(costs);
-        each.map(|(n, cost)| n * cost).sum()
+        sum(self.moving, costs)
     }
 
     fn bodies(&self) -> f64 {
@@ -151,15 +218,19 @@ fn different(inertia: &Inertia) -> usize {
     1 + differ(least, middle) + differ(middle, greatest)
 }
 
-/// The splitting of a method and its rotor, or `None` if the method is not a splitting.
-pub(super) fn splitting(method: Method) -> Option<(Splitting, Rotor)> {
+fn sum(bodies: [f64; 3], costs: [f64; 3]) -> f64 {
+    let each = bodies.iter().zip(costs);
+    each.map(|(n, cost)| n * cost).sum()
+}
+
+/// The numbers of gravity evaluations and drifts in a step of a method of equal steps.
+pub(super) fn work(method: Method) -> (u32, u32) {
     match method {
-        Method::Lgvi(rotor) => Some((Splitting::lgvi(rotor, &[]), rotor)),
         Method::Nystrom { order } => {
-            let splitting = Splitting::nystrom(order, &[]).ok()?;
-            Some((splitting, Rotor::Exact))
+            Splitting::nystrom(order, &[]).map_or((0, 0), |splitting| splitting.work())
         }
-        _ => None,
+        Method::WisdomHolman { scheme } => WisdomHolman::work(scheme),
+        _ => (1, 1),
     }
 }
 
@@ -176,7 +247,9 @@ mod tests {
             nystrom(6),
             nystrom(8),
         ]
-        .map(|method| splitting(method).unwrap().0.work());
+        .map(work);
         assert_eq!(counted, [(1, 1), (6, 6), (14, 15), (19, 20)]);
+        let schemes = KeplerScheme::ALL.map(|scheme| work(Method::WisdomHolman { scheme }));
+        assert_eq!(schemes, [(1, 1), (4, 5), (7, 8), (8, 9)]);
     }
 }

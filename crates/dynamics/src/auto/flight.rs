@@ -1,8 +1,8 @@
 use std::ops::ControlFlow;
 
-use super::cost::{Cost, STAGES, splitting};
+use super::cost::{Cost, STAGES, work};
 use super::{ChoiceError, Run};
-use crate::integrator::Adaptive;
+use crate::integrator::{Adaptive, ClosedForm, Integrator};
 use crate::{Accuracy, BodyState, Load, Method, StepError, System};
 
 /// Budget of a rehearsal, in approximate nanoseconds.
@@ -162,11 +162,10 @@ impl<'a> Flights<'a> {
     /// Predicted cost of a run by a method. `internal` is the number of steps of a method that chooses its own steps.
     pub(super) fn price(&self, method: Method, substeps: u32, internal: f64) -> f64 {
         let steps = self.run.steps as f64;
-        match splitting(method) {
-            Some((splitting, rotor)) => {
-                steps * f64::from(substeps) * self.cost.step(&splitting, rotor)
-            }
-            None => internal * self.internal_step(method) + self.shown(method, internal),
+        if method.has_error_control() {
+            internal * self.internal_step(method) + self.shown(method, internal)
+        } else {
+            steps * f64::from(substeps) * self.cost.step(method)
         }
     }
 
@@ -185,6 +184,24 @@ impl<'a> Flights<'a> {
             (Method::Taylor { .. }, Some(order)) => self.cost.evaluated(order, steps),
             _ => self.cost.shown(internal, steps),
         }
+    }
+
+    /// The run in closed form.
+    pub(super) fn closed_form(&mut self) -> Result<Course, ChoiceError> {
+        let mut integrator = ClosedForm::new(self.system)?;
+        let mut course = Course {
+            cost: self.cost.closed_form(self.run.steps as f64),
+            ..Course::default()
+        };
+        for instant in 0..self.instants.len() {
+            let mut states = self.start.to_vec();
+            integrator.start(self.system, self.start);
+            integrator
+                .step(self.system, &mut states, &self.controls, self.time(instant))
+                .map_err(ChoiceError::Flight)?;
+            course.states.push(states);
+        }
+        Ok(course)
     }
 
     /// Integrates the run by a method that chooses its own steps while it costs at most `most` and `goes_on`, called at
@@ -251,7 +268,7 @@ impl<'a> Flights<'a> {
     ) -> Result<Course, ChoiceError> {
         let made = self.run.steps as f64 * f64::from(substeps);
         let price = self.price(method, substeps, 0.0) / made;
-        let evaluations = splitting(method).map_or(0, |(splitting, _)| splitting.work().0);
+        let (evaluations, _) = work(method);
         let h = self.run.duration / self.run.steps as f64 / f64::from(substeps);
         let each = u64::from(substeps / self.parts);
         let mut integrator = method.integrator(self.system)?;

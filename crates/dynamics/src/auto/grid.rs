@@ -2,15 +2,15 @@ use super::flight::{End, Flights, Tuned};
 use super::reference::Reference;
 use super::{Candidate, ChoiceError};
 use crate::Method;
-use crate::integrator::Rotor;
+use crate::integrator::{KeplerScheme, Rotor};
 
 /// Candidate methods of equal steps.
-const EQUAL: [Method; 4] = [
-    Method::Lgvi(Rotor::Discrete),
-    Method::Nystrom { order: 4 },
-    Method::Nystrom { order: 6 },
-    Method::Nystrom { order: 8 },
-];
+fn of_equal_steps() -> impl Iterator<Item = Method> {
+    let lgvi = Method::Lgvi(Rotor::Discrete);
+    let nystrom = [4, 6, 8].map(|order| Method::Nystrom { order });
+    let kepler = KeplerScheme::ALL.map(|scheme| Method::WisdomHolman { scheme });
+    kepler.into_iter().chain([lgvi]).chain(nystrom)
+}
 
 /// Tolerances of methods with error control: two per decade, starting from the loosest.
 const LOOSEST: f64 = 1e-2;
@@ -38,11 +38,23 @@ pub(super) fn search(
             all.extend(adaptive(flights, reference, tolerance, tuned, most)?);
         }
     }
-    for method in EQUAL {
+    for method in of_equal_steps() {
         let most = cheapest(&all);
         all.extend(equal(flights, reference, tolerance, method, most)?);
     }
     Ok(all)
+}
+
+/// The interpolated solution of Dormand and Prince, which is cheaper than the closed form where a run asks for many
+/// states, if it meets the tolerance and costs less than `most`.
+pub(super) fn interpolated(
+    flights: &mut Flights<'_>,
+    reference: &Reference,
+    tolerance: f64,
+    most: f64,
+) -> Result<Option<Candidate>, ChoiceError> {
+    let found = adaptive(flights, reference, tolerance, Tuned::DormandPrince, most)?;
+    Ok(found.filter(|found| found.error <= tolerance && found.cost < most))
 }
 
 /// The loosest setting of a method with error control that meets the tolerance, or the most accurate one if none does.

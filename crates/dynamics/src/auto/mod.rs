@@ -25,7 +25,7 @@ use std::ops::ControlFlow;
 pub use choice::{Candidate, Choice, Outlook};
 pub use error::ChoiceError;
 
-use crate::{Accuracy, BodyState, System};
+use crate::{Accuracy, BodyState, Method, System};
 use cost::Cost;
 use flight::Flights;
 use reference::Reference;
@@ -64,11 +64,19 @@ pub fn choose(
     error::check(system, states, run, tolerance)?;
     let mut states = states.to_vec();
     system.constrain(&mut states);
-    let cost = Cost::new(system);
-    if system.is_free() {
-        return Choice::closed_form(system, &states, run, &cost, tolerance);
-    }
+    let cost = Cost::new(system, &states);
+    let exact = if system.is_free() {
+        Some(closed_form(system, &states, run, &cost, tolerance)?)
+    } else {
+        None
+    };
     let mut flights = Flights::new(system, &states, run, cost, progress);
+    if let Some(exact) = exact {
+        let reference = Reference::closed_form(&mut flights, exact.error)?;
+        let found = grid::interpolated(&mut flights, &reference, tolerance, exact.cost)?;
+        let candidates = found.into_iter().chain([exact]).collect();
+        return Ok(of(candidates, Outlook::Met, &flights));
+    }
     let reference = Reference::new(&mut flights, tolerance)?;
     // If even the reference misses the tolerance, the search aims at an accuracy that can be reached.
     let floor = reference.floor();
@@ -88,12 +96,48 @@ pub fn choose(
     if chosen.error > tolerance && !(may_miss && chosen.error.is_finite()) {
         return Err(ChoiceError::beyond(tolerance, chosen.error));
     }
-    Ok(Choice {
-        method: chosen.method,
-        substeps: chosen.substeps,
-        error: chosen.error,
-        outlook: reference.outlook,
+    Ok(of(candidates, reference.outlook, &flights))
+}
+
+/// The choice of the first of the candidates.
+fn of(candidates: Vec<Candidate>, outlook: Outlook, flights: &Flights<'_>) -> Choice {
+    let Candidate {
+        method,
+        substeps,
+        error,
+        ..
+    } = candidates[0];
+    Choice {
+        method,
+        substeps,
+        error,
+        outlook,
         evaluations: flights.evaluations(),
         candidates,
+    }
+}
+
+/// The motion of bodies without loads: exact except for the rounding of displacements and rotation angles.
+fn closed_form(
+    system: &System,
+    states: &[BodyState],
+    run: Run,
+    cost: &Cost,
+    tolerance: f64,
+) -> Result<Candidate, ChoiceError> {
+    let Accuracy { length } = Accuracy::new(system.bodies(), states);
+    let moved = system.bodies().iter().zip(states).map(|(body, state)| {
+        let rate = state.velocity(body).norm() / length;
+        rate.max(state.angular_velocity(body).norm()) * run.duration
+    });
+    let error = f64::EPSILON * moved.fold(1.0, f64::max);
+    if error > tolerance {
+        return Err(ChoiceError::beyond(tolerance, error));
+    }
+    Ok(Candidate {
+        method: Method::ClosedForm,
+        substeps: 1,
+        error,
+        cost: cost.closed_form(run.steps as f64),
     })
 }

@@ -65,6 +65,25 @@ impl Reference {
         Ok(chosen)
     }
 
+    /// The motion of bodies without loads, which is known to `error`.
+    pub(super) fn closed_form(flights: &mut Flights<'_>, error: f64) -> Result<Self, ChoiceError> {
+        let course = flights.closed_form()?;
+        let floor = vec![error; course.states.len()];
+        Ok(Self::of(flights, course, TOLERANCES[1], floor))
+    }
+
+    fn of(flights: &Flights<'_>, course: Course, tolerance: f64, floor: Vec<f64>) -> Self {
+        let end = flights.time(flights.instants() - 1);
+        Self {
+            parts: (0..floor.len()).map(|i| flights.time(i) / end).collect(),
+            course,
+            tolerance,
+            floor,
+            growth: 1.0,
+            outlook: Outlook::Met,
+        }
+    }
+
     /// Integrates a reference and estimates its floor.
     fn fly(flights: &mut Flights<'_>, tolerance: f64, most: f64) -> Result<Self, ChoiceError> {
         let course = flights.adaptive(Tuned::DormandPrince, tolerance, most, |_, _| true)?;
@@ -97,15 +116,7 @@ impl Reference {
                 evaluations: flights.evaluations(),
             });
         }
-        let end = flights.time(flights.instants() - 1);
-        Ok(Self {
-            parts: (0..floor.len()).map(|i| flights.time(i) / end).collect(),
-            course,
-            tolerance,
-            floor,
-            growth: 1.0,
-            outlook: Outlook::Met,
-        })
+        Ok(Self::of(flights, course, tolerance, floor))
     }
 
     /// Returns true if this reference is accurate to the tolerance over more of the run than `other`, or over the same

@@ -31,6 +31,11 @@ pub enum KeplerScheme {
     Aba1064,
 }
 
+impl KeplerScheme {
+    /// All of them, by increasing order.
+    pub const ALL: [Self; 4] = [Self::Leapfrog, Self::Aba82, Self::Aba864, Self::Aba1064];
+}
+
 /// The integrators by name.
 #[derive(Clone, Copy, Debug, PartialEq)]
 #[non_exhaustive]

@@ -89,7 +89,7 @@ impl<'a> Meeting<'a> {
 /// Approximate cost of an exchange, in multiples of a point in a central field.
 pub(super) fn cost(bodies: [&RigidBody; 2]) -> f64 {
     match Meeting::of(bodies) {
-        Meeting::Points([a, b]) => 0.8 * (a.len() * b.len()) as f64,
+        Meeting::Points([a, b]) => 2.0 + 0.8 * (a.len() * b.len()) as f64,
         Meeting::Multipoles(_) => 2.5,
         Meeting::Multipole(_, points, _) => 2.0 * points.len() as f64,
         Meeting::Polyhedron(field, points, _) => Attractor::cost(field) * points.len() as f64,

@@ -43,8 +43,7 @@ pub(super) fn size(system: &System) -> Result<ExpansionSize, MethodError> {
     let sides = terms.multipoles.iter().map(|pole| pole.sides.len());
     let multipoles = sides.map(Multipoles::terms).sum::<f64>();
     Ok(ExpansionSize {
-        bodies: bodies.len() as f64,
-        rotations: turning().count() as f64,
+        turning: bodies.iter().map(Body::turns).collect(),
         forces: pairs + oblates + terms.multipoles.len() as f64,
         terms: turning().map(Body::terms).sum::<f64>()
             + Pairs::TERMS * pairs
@@ -151,11 +150,12 @@ impl<'a> Terms<'a> {
         let oblate = |gm: f64, second: &Matrix3<f64>| {
             let attitude = placement.map_or_else(Matrix3::identity, |placement| placement.attitude);
             let (second, axes) = principal(second).ok_or(MethodError::Model { method: NAME })?;
+            let attitude = attitude * axes;
             Ok::<_, MethodError>(Source {
                 gm,
                 second,
                 position: origin,
-                attitude: attitude * axes,
+                attitude: (attitude != Matrix3::identity()).then_some(attitude),
             })
         };
         match (second, matter) {

@@ -39,12 +39,10 @@ pub(super) fn order(tolerance: f64) -> u32 {
 }
 
 /// The size of the expansion of a system, which determines its cost.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ExpansionSize {
-    /// Bodies.
-    pub(crate) bodies: f64,
-    /// Bodies whose rotation is expanded.
-    pub(crate) rotations: f64,
+    /// For each body whether its rotation is expanded.
+    pub(crate) turning: Vec<bool>,
     /// Groups of forces that are computed side by side.
     pub(crate) forces: f64,
     /// Products whose coefficients are summed.

@@ -14,14 +14,14 @@ pub(super) struct Source {
     /// The diagonal of H.
     pub(super) second: Vector3<f64>,
     pub(super) position: Vector3<f64>,
-    /// Rotation from its principal axes to the inertial frame.
-    pub(super) attitude: Matrix3<f64>,
+    /// Rotation from its principal axes to the inertial frame, or `None` if they are the same.
+    pub(super) attitude: Option<Matrix3<f64>>,
 }
 
 /// Four points side by side, attracted by one source.
 pub(super) struct Oblate {
     source: Source,
-    places: [usize; 4],
+    places: Vec<usize>,
     /// Mass of each point, 0 in unused lanes.
     masses: Lanes,
     d: [Jet; 3],
@@ -40,11 +40,10 @@ impl Oblate {
 
     /// At most four `points`, each a place and its mass, at least one.
     pub(super) fn new(source: Source, points: &[(usize, f64)], order: usize) -> Self {
-        let place = |lane: usize| points.get(lane).unwrap_or(&points[0]).0;
         let mass = |lane: usize| points.get(lane).map_or(0.0, |point| point.1);
         Self {
             source,
-            places: std::array::from_fn(place),
+            places: points.iter().map(|point| point.0).collect(),
             masses: Lanes(std::array::from_fn(mass)),
             d: std::array::from_fn(|_| jet(order)),
             squared: Squared::new(order),
@@ -58,15 +57,22 @@ impl Oblate {
     #[inline(always)]
     pub(super) fn add_forces<S: Simd>(&mut self, simd: S, n: usize, places: &mut Places) {
         let mut lanes = [[0.0; 4]; 3];
-        for (lane, place) in self.places.into_iter().enumerate() {
-            let mut d = Vector3::from(places.at[place].three());
+        for (lane, place) in self.places.iter().enumerate() {
+            let mut d = Vector3::from(places.at[*place].three());
             if n == 0 {
                 d -= self.source.position;
             }
-            let d = self.source.attitude.tr_mul(&d);
+            if let Some(attitude) = &self.source.attitude {
+                d = attitude.tr_mul(&d);
+            }
             for (lanes, d) in lanes.iter_mut().zip(d.iter()) {
                 lanes[lane] = *d;
             }
+        }
+        // Unused lanes are as the first.
+        for lanes in &mut lanes {
+            let first = lanes[0];
+            lanes[self.places.len()..].fill(first);
         }
         for (d, lanes) in self.d.iter_mut().zip(lanes) {
             d[n] = Lanes(lanes);
@@ -93,9 +99,12 @@ impl Oblate {
         });
         let masses = self.masses.load(simd);
         let force: [[f64; 4]; 3] = force.map(|force| (force * masses).into());
-        for (lane, place) in self.places.into_iter().enumerate() {
-            let force = self.source.attitude * Vector3::from(force.map(|force| force[lane]));
-            for (sum, force) in places.force[place].0.iter_mut().zip(force.iter()) {
+        for (lane, place) in self.places.iter().enumerate() {
+            let mut force = Vector3::from(force.map(|force| force[lane]));
+            if let Some(attitude) = &self.source.attitude {
+                force = attitude * force;
+            }
+            for (sum, force) in places.force[*place].0.iter_mut().zip(force.iter()) {
                 *sum += force;
             }
         }

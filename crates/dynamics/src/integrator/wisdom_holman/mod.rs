@@ -10,7 +10,7 @@ mod stumpff;
 use nalgebra::Vector3;
 
 use self::frame::Frame;
-use super::coefficients::{ABA_82, ABA_864, ABA_1064, LEAPFROG};
+use super::coefficients::{ABA_82, ABA_864, ABA_1064, LEAPFROG, Scheme};
 use super::{
     Integrator, KeplerScheme, MethodError, StepError, StepReport, check_finite, drift::kick,
 };
@@ -62,12 +62,7 @@ impl WisdomHolman {
     /// # Errors
     /// Returns an error if there is no center or a body is pivoted.
     pub fn new(scheme: KeplerScheme, system: &System) -> Result<Self, MethodError> {
-        let scheme = match scheme {
-            KeplerScheme::Leapfrog => LEAPFROG.scheme(),
-            KeplerScheme::Aba82 => ABA_82.scheme(),
-            KeplerScheme::Aba864 => ABA_864.scheme(),
-            KeplerScheme::Aba1064 => ABA_1064.scheme(),
-        };
+        let scheme = coefficients(scheme);
         let stages = scheme.kicks.iter().zip(&scheme.drifts);
         let bodies = system.bodies();
         let none = vec![Load::default(); bodies.len()];
@@ -85,6 +80,22 @@ impl WisdomHolman {
             later: none,
             begun: Vec::with_capacity(bodies.len()),
         })
+    }
+
+    /// The numbers of gravity evaluations and of Kepler's motions of a body in a step.
+    pub(crate) fn work(scheme: KeplerScheme) -> (u32, u32) {
+        let scheme = coefficients(scheme);
+        let kicks = scheme.kicks.iter().filter(|kick| **kick != 0.0).count();
+        let shared = scheme.kicks[0] != 0.0 && scheme.kicks[scheme.drifts.len()] != 0.0;
+        let evaluations = kicks - usize::from(shared);
+        (evaluations as u32, scheme.drifts.len() as u32)
+    }
+
+    /// Once started, returns whether Kepler's motion is all there is, and for each body whether no moment ever acts on
+    /// it.
+    pub(crate) fn outline(&self) -> Option<(bool, &[bool])> {
+        let kinds = self.kinds.as_ref()?;
+        Some((kinds.solved, &kinds.coasting))
     }
 
     /// Kicks `states` by the perturbation and the controls over `dt`. `begins` is true for the kick that begins a step.
@@ -146,6 +157,15 @@ impl WisdomHolman {
             }
         }
         Ok(())
+    }
+}
+
+fn coefficients(scheme: KeplerScheme) -> Scheme {
+    match scheme {
+        KeplerScheme::Leapfrog => LEAPFROG.scheme(),
+        KeplerScheme::Aba82 => ABA_82.scheme(),
+        KeplerScheme::Aba864 => ABA_864.scheme(),
+        KeplerScheme::Aba1064 => ABA_1064.scheme(),
     }
 }
 

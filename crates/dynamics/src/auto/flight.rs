@@ -46,7 +46,7 @@ pub(super) struct Flights<'a> {
     pub(super) accuracy: Accuracy,
     /// Number of parts into which each step of the run is divided, so that a run of few steps has instants inside its
     /// steps.
-    pub(super) parts: u32,
+    parts: u32,
     /// Instants, in parts since the start. The last one is the end of the run.
     instants: Vec<u64>,
     meter: Meter<'a>,
@@ -159,6 +159,15 @@ impl<'a> Flights<'a> {
         steps * (self.run.duration / self.run.steps as f64)
     }
 
+    /// The steps of a method of equal steps up to an instant; `None` if it is inside a step.
+    pub(super) fn steps_to(&self, instant: usize, substeps: u32) -> Option<u64> {
+        let (reached, parts) = (
+            self.instants[instant].saturating_mul(substeps.into()),
+            u64::from(self.parts),
+        );
+        reached.is_multiple_of(parts).then_some(reached / parts)
+    }
+
     /// Predicted cost of a run by a method. `internal` is the number of steps of a method that chooses its own steps.
     pub(super) fn price(&self, method: Method, substeps: u32, internal: f64) -> f64 {
         let steps = self.run.steps as f64;
@@ -259,7 +268,8 @@ impl<'a> Flights<'a> {
         Ok(course)
     }
 
-    /// Integrates the run by a method of equal steps while `goes_on`, called at each instant, returns true.
+    /// Integrates the run by a method of equal steps while `goes_on`, called at each instant that is the end of a step,
+    /// returns true.
     pub(super) fn equal(
         &mut self,
         method: Method,
@@ -270,7 +280,6 @@ impl<'a> Flights<'a> {
         let price = self.price(method, substeps, 0.0) / made;
         let (evaluations, _) = work(method);
         let h = self.run.duration / self.run.steps as f64 / f64::from(substeps);
-        let each = u64::from(substeps / self.parts);
         let mut integrator = method.integrator(self.system)?;
         let mut states = self.start.to_vec();
         let mut next = states.clone();
@@ -278,7 +287,10 @@ impl<'a> Flights<'a> {
         integrator.start(self.system, &states);
         let mut step = 0;
         for instant in 0..self.instants.len() {
-            while step < self.instants[instant] * each {
+            let Some(reached) = self.steps_to(instant, substeps) else {
+                continue;
+            };
+            while step < reached {
                 let made = integrator.step_to(self.system, &states, &mut next, &self.controls, h);
                 if let Err(error) = made {
                     course.end = End::Failed(error);

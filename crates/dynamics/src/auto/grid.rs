@@ -108,11 +108,13 @@ fn equal(
 ) -> Result<Option<Candidate>, ChoiceError> {
     let mut best: Option<Candidate> = None;
     let allowed = reference.cost().max(CHEAP) / reference.part();
-    for rung in rungs() {
-        let substeps = rung.saturating_mul(flights.parts);
+    for substeps in rungs() {
         let cost = flights.price(method, substeps, 0.0);
         if cost >= most.min(allowed) {
             break;
+        }
+        if flights.steps_to(reference.last(), substeps).is_none() {
+            continue;
         }
         let mut comparison = reference.comparison(flights, tolerance);
         flights.equal(method, substeps, |instant, states| {

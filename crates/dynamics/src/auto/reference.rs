@@ -195,9 +195,14 @@ impl Reference {
         }
     }
 
+    /// The last instant at which flights are compared.
+    pub(super) fn last(&self) -> usize {
+        self.floor.len() - 1
+    }
+
     /// The fraction of the run over which flights are compared.
     pub(super) fn part(&self) -> f64 {
-        self.parts[self.floor.len() - 1]
+        self.parts[self.last()]
     }
 }
 

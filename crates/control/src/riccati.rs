@@ -62,7 +62,7 @@ pub(crate) struct EndModel<const X: usize> {
 }
 
 /// The policy of a stage, `v = K z + N ν + κ`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Policy<const X: usize, const U: usize> {
     /// `Kᵀ`
     pub(crate) state: SMatrix<f64, X, U>,
@@ -212,6 +212,23 @@ impl<const X: usize, const U: usize> Policy<X, U> {
         self.constant.data.0 = transposed(&constant);
     }
 
+    /// Adds the part of the stage, `−Nᵀ Q_vv N`, to the Gram matrix M of the cost to go.
+    pub(crate) fn add_gram(&self, gram: &mut SMatrix<f64, X, X>) {
+        for u in 0..U {
+            let mut row = self.conditions.column(u).into_owned();
+            for i in u + 1..U {
+                row.axpy(self.factor[u][i], &self.conditions.column(i), 1.0);
+            }
+            let pivot = self.factor[u][u].recip();
+            gram.ger(-pivot, &row, &row, 1.0);
+        }
+    }
+
+    /// Returns true if the pivots of `Q_vv` are at least these.
+    pub(crate) fn exceeds(&self, pivots: &SVector<f64, U>) -> bool {
+        (0..U).all(|u| self.factor[u][u] * pivots[u] <= 1.0)
+    }
+
     /// `v = K z + N ν + κ`
     pub(crate) fn command(&self, z: &SVector<f64, X>, nu: &SVector<f64, X>) -> SVector<f64, U> {
         self.state.tr_mul(z) + self.conditions.tr_mul(nu) + self.constant
@@ -247,6 +264,13 @@ fn factorize<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
         m[j][j] = reciprocal;
     }
     Ok(())
+}
+
+/// The pivots D of `m = L D Lᵀ`, or `None` if one is not positive.
+pub(crate) fn pivots<const D: usize>(m: &SMatrix<f64, D, D>) -> Option<SVector<f64, D>> {
+    let mut factor = m.data.0;
+    factorize(&mut factor).ok()?;
+    Some(SVector::from_fn(|i, _| factor[i][i].recip()))
 }
 
 /// The vector `v` with `Lᵀ v = e_row`. `vᵀ m v` is the pivot at which the factorization of `m` failed.

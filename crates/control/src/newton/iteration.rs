@@ -125,8 +125,13 @@ const CLOSE: f64 = REUSED;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
+        Self::with_model(Model::new(intervals), iterate)
+    }
+
+    pub(super) fn with_model(model: Model<X, U>, iterate: Iterate<X, U>) -> Self {
+        let intervals = model.policies.len();
         Self {
-            model: Model::new(intervals),
+            model,
             solved_at: f64::INFINITY,
             followed: false,
             augmentation: AUGMENTATIONS[0],

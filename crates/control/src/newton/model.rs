@@ -64,12 +64,17 @@ pub(crate) enum ModelError {
 
 impl<const X: usize, const U: usize> Model<X, U> {
     pub(crate) fn new(intervals: usize) -> Self {
+        Self::with_policies(vec![Policy::zeros(); intervals])
+    }
+
+    pub(super) fn with_policies(policies: Vec<Policy<X, U>>) -> Self {
+        let intervals = policies.len();
         Self {
             dynamics: vec![Linearization::default(); intervals],
             inputs: Inputs::none(),
             defects: vec![SVector::zeros(); intervals],
             costates: vec![SVector::zeros(); intervals],
-            policies: vec![Policy::zeros(); intervals],
+            policies,
             gains: Vec::new(),
             has_gains: false,
             miss: SVector::zeros(),
@@ -228,6 +233,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let mut gradient = jacobian.tr_mul(&self.augmentation.component_mul(&self.miss));
         let mut offset = self.miss;
         self.stationarity = 0.0;
+        self.largest = 0.0;
         let weight = problem.h * problem.weight;
         for k in (0..problem.intervals).rev() {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
@@ -238,9 +244,11 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             let (before, by_command) = dynamics.backward(&self.inputs, &costate);
-            let residual = weight * command + by_command;
-            let size = problem.command_units.component_mul(&residual).amax();
-            self.stationarity = self.stationarity.max(size);
+            let own = weight * command;
+            let residual = own + by_command;
+            let size = |term: &SVector<f64, U>| problem.command_units.component_mul(term).amax();
+            self.stationarity = self.stationarity.max(size(&residual));
+            self.largest = self.largest.max(size(&own)).max(size(&by_command));
             costate = before;
             self.policies[k].follow(
                 &residual,

@@ -2,6 +2,7 @@ use nalgebra::SVector;
 
 use super::class::Class;
 use super::error::PlanError;
+use super::neighboring::Inherited;
 use super::progress::{NewtonSettings, Phase, Progress, Start};
 use super::resolution::resolved;
 use super::scale::{metric, stiffness};
@@ -20,6 +21,8 @@ pub(super) struct Solver<'s, C> {
     pub(super) tolerances: Tolerances,
     pub(super) coarse: usize,
     pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
+    /// What the next plan takes over from the plan before.
+    pub(super) inherited: Option<Inherited>,
 }
 
 /// Kinds of initial guesses.
@@ -81,6 +84,7 @@ impl<'s, C> Solver<'s, C> {
             },
             coarse: settings.coarse.max(2),
             observe,
+            inherited: None,
         }
     }
 

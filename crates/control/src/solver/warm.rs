@@ -6,6 +6,7 @@ use nalgebra::SVector;
 use super::attempt::{Failure, Solver};
 use super::class::Class;
 use super::error::PlanError;
+use super::neighboring::Neighbor;
 use super::progress::Phase;
 use crate::Plan;
 use crate::discrete::DiscreteDynamics;
@@ -19,11 +20,17 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
-        let mut iterate = self.resampled(plan)?;
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
-        self.corrected(&problem, plan, &mut iterate);
-        let [augmentation, ..] = AUGMENTATIONS;
+        let (iterate, augmentation) = match self.neighboring(plan)? {
+            Some(Neighbor::Plan(newton)) => return Ok(Ok(*newton)),
+            Some(Neighbor::Guess(iterate, augmentation)) => (iterate, augmentation),
+            None => {
+                let mut iterate = self.resampled(plan)?;
+                self.corrected(&problem, plan, &mut iterate);
+                (iterate, AUGMENTATIONS[0])
+            }
+        };
         let guess = Closeness::Close { augmentation };
         Ok(self.level(&problem, iterate, guess, Phase::Fine))
     }

@@ -10,11 +10,14 @@ use crate::{Plan, PlanError, Progress};
 impl Units {
     /// Converts a plan of the transfer to a plan of [`Units::transfer`].
     pub(crate) fn enter(&self, plan: &Plan) -> Plan {
-        self.inverse().scaled(plan.clone())
+        let mut own = self.inverse().scaled(plan.clone());
+        own.sweep.entered(self);
+        own
     }
 
     /// Converts a plan of [`Units::transfer`] to a plan of the transfer.
-    pub(crate) fn leave(&self, plan: Plan) -> Plan {
+    pub(crate) fn leave(&self, mut plan: Plan) -> Plan {
+        plan.sweep.left(self);
         self.scaled(plan)
     }
 

@@ -36,7 +36,7 @@ fn without_disturbance_the_rest_of_a_plan_is_optimal() {
         for step in [1, 40, 90] {
             let state = whole.states[step];
             let rest = transfer.remaining(step, state).expect("a transfer");
-            let expected = whole.remaining(&transfer, step, state).expect("a plan");
+            let expected = whole.remaining(&transfer, step).expect("a plan");
             let (found, iterations) = plan(&rest, Start::Warm(&expected));
             assert!(iterations <= 2, "{set}, {step}: {iterations}");
             assert!((found.cost - expected.cost).abs() <= 1e-9 * whole.cost);
@@ -56,7 +56,7 @@ fn a_disturbed_flight_is_planned_again_in_few_iterations_to_the_same_end() {
             let state = shaken(&whole.states[step]);
             let rest = transfer.remaining(step, state).expect("a transfer");
             assert_eq!(rest.intervals(), 100 - step);
-            let shifted = whole.remaining(&transfer, step, state).expect("a plan");
+            let shifted = whole.remaining(&transfer, step).expect("a plan");
             let (found, iterations) = plan(&rest, Start::Warm(&shifted));
             assert!(
                 iterations <= 4 && 2 * iterations < cold,
@@ -83,6 +83,6 @@ fn too_little_that_remains_is_an_error() {
             remaining,
         };
         assert_eq!(transfer.remaining(step, state).err(), Some(error));
-        assert_eq!(whole.remaining(&transfer, step, state), Err(error));
+        assert_eq!(whole.remaining(&transfer, step), Err(error));
     }
 }

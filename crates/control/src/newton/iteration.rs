@@ -239,13 +239,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             standing.iteration += 1;
             let close = standing.stationarity <= CLOSE;
             if self.search(problem, inequalities, standing) {
-                if self.is_near(tolerances, standing) && settings.damping == 0.0 {
-                    let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
-                    if miss <= tolerances.violation && inequalities.satisfied() == Satisfied::Yes {
-                        standing.violation = miss;
-                        return Ended::Converged;
-                    }
-                } else if Q::NONE && exact && close && standing.length == 1.0 {
+                if Q::NONE && exact && close && standing.length == 1.0 {
                     let followed = self.follow(
                         problem,
                         inequalities,
@@ -256,6 +250,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     );
                     if let Some(ended) = followed {
                         return ended;
+                    }
+                } else if self.is_near(tolerances, standing) && settings.damping == 0.0 {
+                    let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
+                    if miss <= tolerances.violation && inequalities.satisfied() == Satisfied::Yes {
+                        standing.violation = miss;
+                        return Ended::Converged;
                     }
                 }
                 settings.curvature = 1.0;

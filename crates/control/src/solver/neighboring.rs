@@ -60,10 +60,13 @@ impl<C> Solver<'_, C> {
             return Ok(None);
         }
         let apart = self.apart(&problem, plan, &newton.iterate);
+        let strayed = plan.sweep.strayed() + apart;
         // The negated comparison also rejects NaN.
-        if !(plan.sweep.strayed() + apart <= NEIGHBORING) {
+        if !(strayed <= NEIGHBORING) {
             return Ok(Some(newton.guess()));
         }
+        // The error of the policies.
+        self.standing.stationarity = strayed;
         let observe = &mut *self.observe;
         let ended = newton.settle(&problem, &self.tolerances, &mut self.standing, |now| {
             observe(&now.progress(Phase::Fine))

@@ -126,16 +126,16 @@ impl<const X: usize> CostToGo<X> {
     }
 
     /// Condition number, in the 1-norm, of the map from multipliers to terminal conditions, with each condition in the
-    /// unit that its augmentation implies; infinite if the map is singular.
+    /// unit that the augmentation `units` implies; infinite if the map is singular.
     ///
     /// The augmentation by `½ Σ ρ c²` is removed: `Λ = −M⁻¹ − ρ` is the inverse of the map without it.
-    pub(crate) fn condition(&self, augmentation: &SVector<f64, X>) -> f64 {
+    pub(crate) fn condition(&self, augmentation: &SVector<f64, X>, units: &SVector<f64, X>) -> f64 {
         let Some((factor, scale)) = self.gram_factor(&SVector::zeros()) else {
             return f64::INFINITY;
         };
         let mut inverse = SMatrix::<f64, X, X>::identity();
         solve(&factor, &mut inverse.data.0);
-        let unit = augmentation.map(|weight| {
+        let unit = units.map(|weight| {
             if weight > 0.0 {
                 weight.sqrt().recip()
             } else {
@@ -146,7 +146,11 @@ impl<const X: usize> CostToGo<X> {
             for j in 0..X {
                 inverse[(i, j)] *= scale[i] * unit[i] * scale[j] * unit[j];
             }
-            inverse[(i, i)] += if unit[i] > 0.0 { -1.0 } else { 1.0 };
+            inverse[(i, i)] += if unit[i] > 0.0 {
+                -augmentation[i] / units[i]
+            } else {
+                1.0
+            };
         }
         let norm =
             |m: &SMatrix<f64, X, X>| m.column_iter().map(|c| c.abs().sum()).fold(0.0, f64::max);

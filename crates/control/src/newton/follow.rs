@@ -60,8 +60,6 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Some(Ended::Stopped);
             }
             error = FALL * found;
-            let nu = self.iterate.nu;
-            self.direction.solve(&self.model, change, &nu, inequalities);
             standing.iteration += 1;
             standing.trials += 1;
             let trial = Trial {
@@ -71,8 +69,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 weights: &self.weights,
                 length: 1.0,
             };
-            let flown = Move::Flown(&self.direction, 1.0);
-            trial.make(flown, &self.iterate, &mut self.spare).ok()?;
+            let step = Move::Policies(change);
+            trial.make(step, &self.iterate, &mut self.spare).ok()?;
             std::mem::swap(&mut self.iterate, &mut self.spare);
         }
     }

@@ -285,18 +285,9 @@ where
     let end = &iterate.states[problem.intervals];
     let jacobian = problem.ending.jacobian(end);
     let residual = problem.ending.residual(end);
+    *augmentation = problem.weights(&jacobian, settings.augmentation);
     let mut augmented = jacobian;
-    for (weight, mut row) in augmentation.iter_mut().zip(augmented.row_iter_mut()) {
-        let compliance: f64 = row
-            .iter()
-            .zip(&problem.stiffness)
-            .map(|(c, stiffness)| c * c / stiffness)
-            .sum();
-        *weight = if compliance > 0.0 {
-            settings.augmentation / compliance
-        } else {
-            0.0
-        };
+    for (weight, mut row) in augmentation.iter().zip(augmented.row_iter_mut()) {
         row *= *weight;
     }
     let mut hessian = jacobian.tr_mul(&augmented);

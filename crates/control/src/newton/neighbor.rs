@@ -101,6 +101,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         E: Ending<X>,
     {
         let mut change = SVector::zeros();
+        self.third.states[0] = problem.initial;
         for _ in 0..2 {
             self.spare.states[0] = problem.initial;
             let trial = Trial {

@@ -309,7 +309,22 @@ impl<'s, C> Solver<'s, C> {
         S: DiscreteDynamics<X, U>,
         C: Class<X, U>,
     {
-        let mut newton = Newton::new(problem.intervals, iterate);
+        let newton = Newton::new(problem.intervals, iterate);
+        self.iterated(problem, newton, guess, phase)
+    }
+
+    /// [`Solver::level`] with the buffers of an iteration, from its iterate.
+    pub(super) fn iterated<S, const X: usize, const U: usize>(
+        &mut self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        mut newton: Newton<X, U>,
+        guess: Closeness,
+        phase: Phase,
+    ) -> Result<Newton<X, U>, Failure<X, U>>
+    where
+        S: DiscreteDynamics<X, U>,
+        C: Class<X, U>,
+    {
         let beyond = self.extrapolates();
         let observe = &mut *self.observe;
         let tolerances = if problem.intervals < self.transfer.intervals {

@@ -74,6 +74,10 @@ impl<C> Solver<'_, C> {
                 }
             }
         }
+        let units = match inherited {
+            Some(_) => problem.augmentation(&newton.iterate, newton.augmentation),
+            None => newton.model.augmentation,
+        };
         let independent = newton.model.start.multipliers().is_some();
         sufficient &= independent;
         match inherited {
@@ -98,7 +102,7 @@ impl<C> Solver<'_, C> {
             terminal: model.terminal(&model.miss),
             inequality,
             complementarity,
-            condition: model.start.condition(&model.augmentation),
+            condition: model.start.condition(&model.augmentation, &units),
             sufficient,
         };
         Ok(plan)
@@ -113,10 +117,15 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let loads = self.transfer.actuation.matrix() * self.class.selection();
+        let are_commands = loads == SMatrix::<f64, 6, U>::identity();
         let widened = |own: SMatrix<f64, U, X>| {
             let mut wide = SMatrix::<f64, 6, 12>::zeros();
             let mut columns = wide.fixed_columns_mut::<X>(C::FIRST);
-            columns.copy_from(&(loads * own));
+            if are_commands {
+                columns.fixed_rows_mut::<U>(0).copy_from(&own);
+            } else {
+                columns.copy_from(&(loads * own));
+            }
             wide
         };
         gains.into_iter().map(widened).collect()

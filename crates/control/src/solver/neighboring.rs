@@ -24,8 +24,8 @@ pub(super) struct Inherited {
 pub(super) enum Neighbor<const X: usize, const U: usize> {
     /// To a plan.
     Plan(Box<Newton<X, U>>),
-    /// To a guess, from where this augmentation makes the model convex.
-    Guess(Iterate<X, U>, f64),
+    /// To a guess.
+    Guess(Box<Newton<X, U>>),
 }
 
 impl<C> Solver<'_, C> {
@@ -63,7 +63,7 @@ impl<C> Solver<'_, C> {
         let strayed = plan.sweep.strayed() + apart;
         // The negated comparison also rejects NaN.
         if !(strayed <= NEIGHBORING) {
-            return Ok(Some(newton.guess()));
+            return Ok(Some(Neighbor::Guess(Box::new(newton))));
         }
         // The error of the policies.
         self.standing.stationarity = strayed;
@@ -74,7 +74,7 @@ impl<C> Solver<'_, C> {
         match ended {
             Some(Ended::Converged) => (),
             Some(Ended::Stopped) => return Err(self.unsolved(Ended::Stopped, &newton.iterate)?),
-            _ => return Ok(Some(newton.guess())),
+            _ => return Ok(Some(Neighbor::Guess(Box::new(newton)))),
         }
         self.inherited = Some(Inherited {
             feedback: plan.feedback.clone(),
@@ -129,11 +129,5 @@ impl<C> Solver<'_, C> {
             Some(policies) => Sweep::new(self.transfer, policies, &nu, strayed),
             None => Sweep::default(),
         }
-    }
-}
-
-impl<const X: usize, const U: usize> Newton<X, U> {
-    fn guess(self) -> Neighbor<X, U> {
-        Neighbor::Guess(self.iterate, self.augmentation)
     }
 }

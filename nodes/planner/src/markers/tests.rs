@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use lgvi_control::{Certificate, Plan};
+use lgvi_control::{Certificate, Plan, Sweep};
 use lgvi_msgs::geometry_msgs::Point;
 use lgvi_msgs::visualization_msgs::Marker;
 use nalgebra::{Matrix3, Vector3};

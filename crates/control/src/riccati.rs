@@ -74,6 +74,32 @@ pub(crate) struct Policy<const X: usize, const U: usize> {
     factor: Square<U>,
 }
 
+/// Sizes of the quantities of a problem.
+pub(crate) struct Scale<const X: usize, const U: usize> {
+    pub(crate) variations: SVector<f64, X>,
+    pub(crate) commands: SVector<f64, U>,
+    /// Of the terminal conditions.
+    pub(crate) conditions: SVector<f64, X>,
+    pub(crate) cost: f64,
+}
+
+impl<const X: usize, const U: usize> Scale<X, U> {
+    /// The ratios of these sizes to others.
+    pub(crate) fn over(&self, other: &Self) -> Self {
+        Self {
+            variations: self.variations.component_div(&other.variations),
+            commands: self.commands.component_div(&other.commands),
+            conditions: self.conditions.component_div(&other.conditions),
+            cost: self.cost / other.cost,
+        }
+    }
+
+    /// The sizes of the multipliers of the terminal conditions.
+    pub(crate) fn multipliers(&self) -> SVector<f64, X> {
+        self.conditions.map(|size| self.cost / size)
+    }
+}
+
 /// The cost to go from a stage.
 #[derive(Clone, Debug)]
 pub(crate) struct CostToGo<const X: usize> {
@@ -216,15 +242,31 @@ impl<const X: usize, const U: usize> Policy<X, U> {
         self.constant.data.0 = transposed(&constant);
     }
 
-    /// Adds the part of the stage, `−Nᵀ Q_vv N`, to the Gram matrix M of the cost to go.
-    pub(crate) fn add_gram(&self, gram: &mut SMatrix<f64, X, X>) {
+    /// Adds a multiple of the part of the stage, `−Nᵀ Q_vv N`, to the Gram matrix M of the cost to go.
+    pub(crate) fn add_gram(&self, gram: &mut SMatrix<f64, X, X>, times: f64) {
         for u in 0..U {
             let mut row = self.conditions.column(u).into_owned();
             for i in u + 1..U {
                 row.axpy(self.factor[u][i], &self.conditions.column(i), 1.0);
             }
             let pivot = self.factor[u][u].recip();
-            gram.ger(-pivot, &row, &row, 1.0);
+            gram.ger(-times * pivot, &row, &row, 1.0);
+        }
+    }
+
+    /// Converts to units in which quantities have the values of `to` if they are 1 now.
+    pub(crate) fn convert(&mut self, to: &Scale<X, U>) {
+        for u in 0..U {
+            let own = to.commands[u];
+            for i in 0..X {
+                self.state[(i, u)] *= own / to.variations[i];
+                self.conditions[(i, u)] *= own * to.conditions[i] / to.cost;
+            }
+            self.constant[u] *= own;
+            self.factor[u][u] *= own * own / to.cost;
+            for i in u + 1..U {
+                self.factor[u][i] *= own / to.commands[i];
+            }
         }
     }
 

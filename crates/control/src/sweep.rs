@@ -3,11 +3,11 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use nalgebra::SVector;
+use nalgebra::{SMatrix, SVector};
 
 use crate::newton::Policies;
 use crate::units::Units;
-use crate::{Actuation, Comparable, Dynamics, Motion, Terminal, Transfer};
+use crate::{Comparable, Dynamics, Motion, Terminal, Transfer};
 
 /// The solver's own data of a plan: how commands and multipliers answer to a change of the state.
 ///
@@ -21,26 +21,43 @@ pub struct Sweep {
 #[derive(Clone)]
 struct Found {
     problem: Similar,
-    /// The units of the numbers here.
+    /// The units of the policies.
     units: Units,
     /// [`Policies`] of the plan's class of motion.
     policies: Arc<dyn Comparable + Send + Sync>,
     /// Stages of the policies before the plan begins.
     flown: usize,
-    /// The terminal multipliers, by rows of the class.
+    /// The terminal multipliers by rows of the class, in the units in which the transfer is stated.
     nu: SVector<f64, 12>,
     /// How far the plan may be from the one that the policies were computed for.
     strayed: f64,
 }
 
-/// What two transfers have in common if one is the rest of the other from another state.
+/// What two transfers have in common if one is the rest of the other from another state, in the units in which they are
+/// stated.
 #[derive(Clone, PartialEq)]
 struct Similar {
     h: f64,
     dynamics: Dynamics,
     motion: Motion,
-    actuation: Actuation,
     target: Terminal,
+    /// `B`, without columns beyond the last command.
+    effects: SMatrix<f64, 6, 6>,
+    /// `W`, without commands beyond the last one.
+    weight: SMatrix<f64, 6, 6>,
+}
+
+/// Policies that lead to a plan of a transfer.
+pub(crate) struct Known<const X: usize, const U: usize> {
+    pub(crate) policies: Policies<X, U>,
+    /// The units of the policies.
+    pub(crate) units: Units,
+    /// The terminal multipliers of the plan, in the units in which the transfer is stated.
+    pub(crate) nu: SVector<f64, X>,
+    /// How far the plan may be from the one that the policies were computed for.
+    pub(crate) strayed: f64,
+    /// The part of that plan's stages that has been flown.
+    pub(crate) flown: f64,
 }
 
 impl PartialEq for Found {
@@ -53,19 +70,30 @@ impl PartialEq for Found {
 }
 
 impl Similar {
+    /// Of a transfer in its own units.
     fn of(transfer: &Transfer) -> Self {
+        let units = transfer.terminal.units();
+        let (loads, commands) = (units.loads(), units.commands());
+        let actuation = &transfer.actuation;
+        let used = |command: usize| command < actuation.commands();
+        let rate = units.cost() / units.time();
+        let effect =
+            |load, command| actuation.matrix()[(load, command)] * (loads[load] / commands[command]);
+        let weight = |i, j| actuation.weight()[(i, j)] * (rate / (commands[i] * commands[j]));
+        let chosen = |chosen: bool, entry: f64| if chosen { entry } else { 0.0 };
         Self {
-            h: transfer.h,
+            h: transfer.h * units.time(),
             dynamics: transfer.dynamics,
             motion: transfer.motion,
-            actuation: transfer.actuation.clone(),
             target: transfer.target.clone(),
+            effects: SMatrix::from_fn(|i, j| chosen(used(j), effect(i, j))),
+            weight: SMatrix::from_fn(|i, j| chosen(used(i) && used(j), weight(i, j))),
         }
     }
 }
 
 impl Sweep {
-    /// The policies of a plan of `transfer`, at a distance of `strayed` from it.
+    /// The policies of a plan of `transfer`, which is in its own units, at a distance of `strayed` from it.
     pub(crate) fn new<const X: usize, const U: usize>(
         transfer: &Transfer,
         policies: Policies<X, U>,
@@ -74,7 +102,7 @@ impl Sweep {
     ) -> Self {
         let found = Found {
             problem: Similar::of(transfer),
-            units: Units::ones(),
+            units: *transfer.terminal.units(),
             policies: Arc::new(policies),
             flown: 0,
             nu: wide(nu),
@@ -83,19 +111,24 @@ impl Sweep {
         Self { found: Some(found) }
     }
 
-    /// The policies and the multipliers from which `transfer` can be planned, or `None` if it is not the rest of the
-    /// plan's transfer from a nearby state.
+    /// The policies from which `transfer` can be planned, or `None` if it is not the rest of the plan's transfer from
+    /// another state.
     pub(crate) fn of<const X: usize, const U: usize>(
         &self,
         transfer: &Transfer,
-    ) -> Option<(Policies<X, U>, SVector<f64, X>)> {
+    ) -> Option<Known<X, U>> {
         let found = self.found.as_ref()?;
         let policies = &*found.policies as &dyn Any;
         let all = policies.downcast_ref::<Policies<X, U>>()?;
         let fits = all.stages.len() == found.flown + transfer.intervals
             && found.problem == Similar::of(transfer);
-        let rest = fits.then(|| all.rest(found.flown))??;
-        Some((rest, found.nu.fixed_rows::<X>(0).into_owned()))
+        fits.then(|| Known {
+            policies: all.rest(found.flown),
+            units: found.units,
+            nu: found.nu.fixed_rows::<X>(0).into_owned(),
+            strayed: found.strayed,
+            flown: found.flown as f64 / all.stages.len() as f64,
+        })
     }
 
     /// The same policies for a plan that differs by `apart` and has the terminal multipliers `nu`.
@@ -108,13 +141,6 @@ impl Sweep {
         moved
     }
 
-    /// How far the plan may be from the one that its policies were computed for.
-    pub(crate) fn strayed(&self) -> f64 {
-        self.found
-            .as_ref()
-            .map_or(f64::INFINITY, |found| found.strayed)
-    }
-
     /// The sweep of the rest of the plan after `step` steps.
     pub(crate) fn remaining(&self, step: usize) -> Self {
         let mut rest = self.clone();
@@ -122,19 +148,6 @@ impl Sweep {
             found.flown += step;
         }
         rest
-    }
-
-    /// The sweep of a plan that has left `units`.
-    pub(crate) fn left(&mut self, units: &Units) {
-        if let Some(found) = &mut self.found {
-            found.units = *units;
-        }
-    }
-
-    /// The sweep of a plan that enters `units`. Nothing is left of it if its numbers are in other units.
-    pub(crate) fn entered(&mut self, units: &Units) {
-        self.found.take_if(|found| found.units != *units);
-        self.left(&Units::ones());
     }
 }
 

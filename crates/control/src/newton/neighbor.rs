@@ -8,7 +8,7 @@ use super::model::Model;
 use super::problem::{Iterate, Problem};
 use super::trial::{Move, Trial};
 use crate::discrete::DiscreteDynamics;
-use crate::riccati::{Policy, pivots};
+use crate::riccati::{Policy, Scale, pivots};
 
 /// The policies of all stages of an exact and convex model.
 #[derive(Clone, PartialEq)]
@@ -48,24 +48,31 @@ impl<const X: usize, const U: usize> Policies<X, U> {
         })
     }
 
-    /// The policies from stage `first` on, or `None` if there are none.
-    pub(crate) fn rest(&self, first: usize) -> Option<Self> {
-        let (flown, rest) = self.stages.split_at_checked(first)?;
-        let mut gram = SMatrix::zeros();
-        // M is the sum over the stages: that of the rest, or that of all without those before.
-        let (summed, all, sign) = if flown.len() < rest.len() {
-            (flown, self.gram, -1.0)
-        } else {
-            (rest, SMatrix::zeros(), 1.0)
-        };
-        for policy in summed.iter().rev() {
-            policy.add_gram(&mut gram);
+    /// The policies from stage `first` on.
+    pub(crate) fn rest(&self, first: usize) -> Self {
+        let mut gram = self.gram;
+        // M is a sum over the stages.
+        for policy in self.stages.iter().take(first) {
+            policy.add_gram(&mut gram, -1.0);
         }
-        Some(Self {
-            stages: rest.to_vec(),
-            gram: all + sign * gram,
+        Self {
+            stages: self.stages.iter().skip(first).cloned().collect(),
+            gram,
             ..*self
-        })
+        }
+    }
+
+    /// Converts to units in which quantities have these values if they are 1 now.
+    pub(crate) fn convert(&mut self, to: &Scale<X, U>) {
+        for policy in &mut self.stages {
+            policy.convert(to);
+        }
+        let conditions = to.conditions;
+        let squares = conditions.component_mul(&conditions);
+        self.weights.component_div_assign(&squares);
+        self.weights *= to.cost;
+        let pairs = conditions * conditions.transpose() / to.cost;
+        self.gram.component_mul_assign(&pairs);
     }
 }
 

@@ -8,11 +8,18 @@ use super::error::PlanError;
 use super::progress::Phase;
 use crate::discrete::DiscreteDynamics;
 use crate::newton::{Ended, Iterate, Newton, Policies, Problem};
+use crate::problem::TerminalSet;
+use crate::riccati::Scale;
+use crate::sweep::Known;
+use crate::units::Units;
 use crate::{Plan, Sweep};
 
 /// Distance from the plan that the policies were computed for, relative to the size of each quantity, up to which its
 /// gains, condition and convexity hold: gains change by about as much.
 const NEIGHBORING: f64 = 1e-2;
+
+/// The part of that plan up to which its gains hold: they are softer near the end of a longer flight.
+const FLOWN: f64 = 0.5;
 
 /// What a plan takes over from the plan before.
 pub(super) struct Inherited {
@@ -44,14 +51,25 @@ impl<C> Solver<'_, C> {
         if lengths != [intervals; 2] || plan.states.len() != intervals + 1 {
             return Ok(None);
         }
-        let Some((policies, nu)) = plan.sweep.of::<X, U>(transfer) else {
+        let Some(Known {
+            mut policies,
+            units,
+            nu,
+            strayed,
+            flown,
+        }) = plan.sweep.of::<X, U>(transfer)
+        else {
             return Ok(None);
         };
+        let own = self.scale(transfer.terminal.units());
+        if units != *transfer.terminal.units() {
+            policies.convert(&self.scale(&units).over(&own));
+        }
         let commands = plan.commands.iter().map(|w| self.class.narrowed(w));
         let planned = Iterate {
             states: plan.states.clone(),
             commands: commands.collect(),
-            nu,
+            nu: nu.component_div(&own.multipliers()),
         };
         let steps = self.class.steps(transfer)?;
         let problem = self.problem(transfer, &steps);
@@ -60,9 +78,9 @@ impl<C> Solver<'_, C> {
             return Ok(None);
         }
         let apart = self.apart(&problem, plan, &newton.iterate);
-        let strayed = plan.sweep.strayed() + apart;
+        let strayed = strayed + apart;
         // The negated comparison also rejects NaN.
-        if !(strayed <= NEIGHBORING) {
+        if !(strayed <= NEIGHBORING && flown <= FLOWN) {
             return Ok(Some(Neighbor::Guess(Box::new(newton))));
         }
         // The error of the policies.
@@ -78,9 +96,27 @@ impl<C> Solver<'_, C> {
         }
         self.inherited = Some(Inherited {
             feedback: plan.feedback.clone(),
-            sweep: plan.sweep.moved(apart, &newton.iterate.nu),
+            sweep: plan
+                .sweep
+                .moved(apart, &newton.iterate.nu.component_mul(&own.multipliers())),
         });
         Ok(Some(Neighbor::Plan(Box::new(newton))))
+    }
+
+    /// The units of the class.
+    fn scale<const X: usize, const U: usize>(&self, units: &Units) -> Scale<X, U>
+    where
+        C: Class<X, U>,
+    {
+        let own = |all: SVector<f64, 12>| all.fixed_rows::<X>(C::FIRST).into_owned();
+        let commands = self.class.narrowed(units.commands());
+        Scale {
+            variations: own(units.variations()),
+            // Commands that are not used have no unit.
+            commands: commands.map(|unit| if unit > 0.0 { unit } else { 1.0 }),
+            conditions: own(TerminalSet::new(&self.transfer.target, units).rows()),
+            cost: units.cost(),
+        }
     }
 
     /// The largest difference of an iterate's states from those of a plan, or of its commands relative to the largest
@@ -124,7 +160,8 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
-        let nu = newton.iterate.nu;
+        let units = self.scale(self.transfer.terminal.units());
+        let nu = newton.iterate.nu.component_mul(&units.multipliers());
         match Policies::with_margin(problem, newton) {
             Some(policies) => Sweep::new(self.transfer, policies, &nu, strayed),
             None => Sweep::default(),

@@ -10,14 +10,11 @@ use crate::{Plan, PlanError, Progress};
 impl Units {
     /// Converts a plan of the transfer to a plan of [`Units::transfer`].
     pub(crate) fn enter(&self, plan: &Plan) -> Plan {
-        let mut own = self.inverse().scaled(plan.clone());
-        own.sweep.entered(self);
-        own
+        self.inverse().scaled(plan.clone())
     }
 
     /// Converts a plan of [`Units::transfer`] to a plan of the transfer.
-    pub(crate) fn leave(&self, mut plan: Plan) -> Plan {
-        plan.sweep.left(self);
+    pub(crate) fn leave(&self, plan: Plan) -> Plan {
         self.scaled(plan)
     }
 

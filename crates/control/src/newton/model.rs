@@ -215,10 +215,13 @@ impl<const X: usize, const U: usize> Model<X, U> {
     ///
     /// With the costate of the new iterate, the gradient of the Lagrangian by states vanishes. Only its gradient by
     /// commands, the terminal conditions and their augmentation are left to correct.
+    ///
+    /// With `correct` false, only the errors and the first derivatives are computed, and the change is of no use.
     pub(crate) fn follow<S, E>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         iterate: &Iterate<X, U>,
+        correct: bool,
     ) -> Result<SVector<f64, X>, ModelError>
     where
         S: DiscreteDynamics<X, U>,
@@ -250,13 +253,15 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.stationarity = self.stationarity.max(size(&residual));
             self.largest = self.largest.max(size(&own)).max(size(&by_command));
             costate = before;
-            self.policies[k].follow(
-                &residual,
-                dynamics,
-                &self.inputs,
-                &mut gradient,
-                &mut offset,
-            );
+            if correct {
+                self.policies[k].follow(
+                    &residual,
+                    dynamics,
+                    &self.inputs,
+                    &mut gradient,
+                    &mut offset,
+                );
+            }
         }
         self.start.correction(&offset).ok_or(ModelError::Dependent)
     }

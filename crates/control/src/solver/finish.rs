@@ -59,7 +59,11 @@ impl<C> Solver<'_, C> {
         let inherited = self.inherited.take();
         let mut sufficient = Q::NONE
             && (inherited.is_some() || newton.solved_at <= REUSED)
-            && (newton.followed || newton.model.follow(&problem, &newton.iterate).is_ok());
+            && (newton.followed
+                || newton
+                    .model
+                    .follow(&problem, &newton.iterate, false)
+                    .is_ok());
         let mut strayed = newton.solved_at;
         if !sufficient {
             newton.model.want_gains();

@@ -19,7 +19,7 @@ use crate::{Plan, Sweep};
 const NEIGHBORING: f64 = 1e-2;
 
 /// The part of that plan up to which its gains hold: they are softer near the end of a longer flight.
-const FLOWN: f64 = 0.5;
+const FLOWN: f64 = 0.25;
 
 /// What a plan takes over from the plan before.
 pub(super) struct Inherited {

@@ -12,7 +12,7 @@ const FOLLOWED: f64 = 0.02;
 const FALL: f64 = 0.2;
 /// The error after a step, in multiples of the product of the errors before it and of the model.
 const USUAL: f64 = 0.01;
-/// Expected error, in parts of the tolerance, below which no further step is prepared.
+/// Expected error after a step of the same model, in parts of the tolerance, below which no further step is prepared.
 const CERTAIN: f64 = 0.1;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
@@ -33,6 +33,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         Q: Inequalities<X, U>,
     {
         let mut error = FOLLOWED;
+        let mut first = true;
         let own = standing.stationarity;
         loop {
             let expected = USUAL * own * standing.stationarity / tolerances.stationarity;
@@ -40,7 +41,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             if expected <= 1.0 {
                 self.fly_home(problem, inequalities, tolerances.violation, standing);
             }
-            let correct = expected > CERTAIN;
+            let correct = first || expected > CERTAIN;
             let mut change = self.model.follow(problem, &self.iterate, correct).ok()?;
             self.measure(problem, standing);
             let found = standing.violation.max(standing.stationarity);
@@ -64,6 +65,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Some(Ended::Stopped);
             }
             error = FALL * found;
+            first = false;
             if !correct {
                 change = self.model.follow(problem, &self.iterate, true).ok()?;
             }

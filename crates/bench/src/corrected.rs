@@ -139,7 +139,7 @@ impl Task {
         state: BodyState,
     ) -> Result<Option<(Plan, [f64; 2])>, BenchError> {
         let rest = self.transfer.remaining(step, state);
-        let shifted = plan.remaining(&self.transfer, flown, state);
+        let shifted = plan.remaining(&self.transfer, flown);
         let (Ok(rest), Ok(shifted)) = (rest, shifted) else {
             return Ok(None);
         };

@@ -48,6 +48,7 @@ mod replan;
 mod riccati;
 pub mod shooting;
 mod solver;
+mod sweep;
 mod units;
 
 pub use lgvi_lie::nalgebra;
@@ -62,3 +63,4 @@ pub use problem::{
 pub use problem::{constraint, terminal};
 pub use replan::TooLate;
 pub use solver::{NewtonSettings, Phase, PlanError, Progress, Start, certified, solve};
+pub use sweep::Sweep;

@@ -3,6 +3,8 @@ use std::fmt;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SMatrix, SVector};
 
+use crate::Sweep;
+
 /// A solution of a transfer, with the data to fly it, to correct it, to check it and to start the next solution from
 /// it.
 #[derive(Clone, PartialEq)]
@@ -23,6 +25,8 @@ pub struct Plan {
     pub cost: f64,
     /// The errors of the optimality conditions.
     pub certificate: Certificate,
+    /// What the next plan can start from; the default is to start from the rest of the plan alone.
+    pub sweep: Sweep,
 }
 
 /// Omits the data of each step.

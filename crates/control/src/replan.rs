@@ -48,36 +48,27 @@ impl Transfer {
 }
 
 impl Plan {
-    /// The initial guess for [`Transfer::remaining`]: this plan of `transfer` after `step` steps, with `state` as its
-    /// first state. It is not the flight of its commands if `state` differs from the planned state. Its certificate is
-    /// the default one.
+    /// The initial guess for [`Transfer::remaining`]: this plan of `transfer` after `step` steps. Its certificate is the
+    /// default one.
     ///
     /// # Errors
     /// Returns an error if fewer than two intervals remain.
-    pub fn remaining(
-        &self,
-        transfer: &Transfer,
-        step: usize,
-        state: BodyState,
-    ) -> Result<Self, TooLate> {
+    pub fn remaining(&self, transfer: &Transfer, step: usize) -> Result<Self, TooLate> {
         TooLate::check(step, self.commands.len())?;
         let commands = rest(&self.commands, step);
         let costs = commands
             .iter()
             .map(|command| transfer.actuation.cost(self.h, command));
-        let mut states = rest(&self.states, step);
-        if let Some(first) = states.first_mut() {
-            *first = state;
-        }
         Ok(Self {
             h: self.h,
-            states,
+            states: rest(&self.states, step),
             cost: costs.sum(),
             commands,
             controls: rest(&self.controls, step),
             multipliers: rest(&self.multipliers, step),
             feedback: rest(&self.feedback, step),
             certificate: Certificate::default(),
+            sweep: self.sweep.remaining(step),
         })
     }
 }

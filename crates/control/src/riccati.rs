@@ -62,7 +62,7 @@ pub(crate) struct EndModel<const X: usize> {
 }
 
 /// The policy of a stage, `v = K z + N ν + κ`.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Policy<const X: usize, const U: usize> {
     /// `Kᵀ`
     pub(crate) state: SMatrix<f64, X, U>,
@@ -72,6 +72,32 @@ pub(crate) struct Policy<const X: usize, const U: usize> {
     pub(crate) constant: SVector<f64, U>,
     /// The factors of `Q_vv`.
     factor: Square<U>,
+}
+
+/// Sizes of the quantities of a problem.
+pub(crate) struct Scale<const X: usize, const U: usize> {
+    pub(crate) variations: SVector<f64, X>,
+    pub(crate) commands: SVector<f64, U>,
+    /// Of the terminal conditions.
+    pub(crate) conditions: SVector<f64, X>,
+    pub(crate) cost: f64,
+}
+
+impl<const X: usize, const U: usize> Scale<X, U> {
+    /// The ratios of these sizes to others.
+    pub(crate) fn over(&self, other: &Self) -> Self {
+        Self {
+            variations: self.variations.component_div(&other.variations),
+            commands: self.commands.component_div(&other.commands),
+            conditions: self.conditions.component_div(&other.conditions),
+            cost: self.cost / other.cost,
+        }
+    }
+
+    /// The sizes of the multipliers of the terminal conditions.
+    pub(crate) fn multipliers(&self) -> SVector<f64, X> {
+        self.conditions.map(|size| self.cost / size)
+    }
 }
 
 /// The cost to go from a stage.
@@ -126,16 +152,16 @@ impl<const X: usize> CostToGo<X> {
     }
 
     /// Condition number, in the 1-norm, of the map from multipliers to terminal conditions, with each condition in the
-    /// unit that its augmentation implies; infinite if the map is singular.
+    /// unit that the augmentation `units` implies; infinite if the map is singular.
     ///
     /// The augmentation by `½ Σ ρ c²` is removed: `Λ = −M⁻¹ − ρ` is the inverse of the map without it.
-    pub(crate) fn condition(&self, augmentation: &SVector<f64, X>) -> f64 {
+    pub(crate) fn condition(&self, augmentation: &SVector<f64, X>, units: &SVector<f64, X>) -> f64 {
         let Some((factor, scale)) = self.gram_factor(&SVector::zeros()) else {
             return f64::INFINITY;
         };
         let mut inverse = SMatrix::<f64, X, X>::identity();
         solve(&factor, &mut inverse.data.0);
-        let unit = augmentation.map(|weight| {
+        let unit = units.map(|weight| {
             if weight > 0.0 {
                 weight.sqrt().recip()
             } else {
@@ -146,7 +172,11 @@ impl<const X: usize> CostToGo<X> {
             for j in 0..X {
                 inverse[(i, j)] *= scale[i] * unit[i] * scale[j] * unit[j];
             }
-            inverse[(i, i)] += if unit[i] > 0.0 { -1.0 } else { 1.0 };
+            inverse[(i, i)] += if unit[i] > 0.0 {
+                -augmentation[i] / units[i]
+            } else {
+                1.0
+            };
         }
         let norm =
             |m: &SMatrix<f64, X, X>| m.column_iter().map(|c| c.abs().sum()).fold(0.0, f64::max);
@@ -212,6 +242,39 @@ impl<const X: usize, const U: usize> Policy<X, U> {
         self.constant.data.0 = transposed(&constant);
     }
 
+    /// Adds a multiple of the part of the stage, `−Nᵀ Q_vv N`, to the Gram matrix M of the cost to go.
+    pub(crate) fn add_gram(&self, gram: &mut SMatrix<f64, X, X>, times: f64) {
+        for u in 0..U {
+            let mut row = self.conditions.column(u).into_owned();
+            for i in u + 1..U {
+                row.axpy(self.factor[u][i], &self.conditions.column(i), 1.0);
+            }
+            let pivot = self.factor[u][u].recip();
+            gram.ger(-times * pivot, &row, &row, 1.0);
+        }
+    }
+
+    /// Converts to units in which quantities have the values of `to` if they are 1 now.
+    pub(crate) fn convert(&mut self, to: &Scale<X, U>) {
+        for u in 0..U {
+            let own = to.commands[u];
+            for i in 0..X {
+                self.state[(i, u)] *= own / to.variations[i];
+                self.conditions[(i, u)] *= own * to.conditions[i] / to.cost;
+            }
+            self.constant[u] *= own;
+            self.factor[u][u] *= own * own / to.cost;
+            for i in u + 1..U {
+                self.factor[u][i] *= own / to.commands[i];
+            }
+        }
+    }
+
+    /// Returns true if the pivots of `Q_vv` are at least these.
+    pub(crate) fn exceeds(&self, pivots: &SVector<f64, U>) -> bool {
+        (0..U).all(|u| self.factor[u][u] * pivots[u] <= 1.0)
+    }
+
     /// `v = K z + N ν + κ`
     pub(crate) fn command(&self, z: &SVector<f64, X>, nu: &SVector<f64, X>) -> SVector<f64, U> {
         self.state.tr_mul(z) + self.conditions.tr_mul(nu) + self.constant
@@ -247,6 +310,13 @@ fn factorize<const D: usize>(m: &mut Square<D>) -> Result<(), usize> {
         m[j][j] = reciprocal;
     }
     Ok(())
+}
+
+/// The pivots D of `m = L D Lᵀ`, or `None` if one is not positive.
+pub(crate) fn pivots<const D: usize>(m: &SMatrix<f64, D, D>) -> Option<SVector<f64, D>> {
+    let mut factor = m.data.0;
+    factorize(&mut factor).ok()?;
+    Some(SVector::from_fn(|i, _| factor[i][i].recip()))
 }
 
 /// The vector `v` with `Lᵀ v = e_row`. `vᵀ m v` is the pivot at which the factorization of `m` failed.

@@ -1,6 +1,6 @@
 //! Plans from the plan before, against plans from nothing: from a start that is somewhat elsewhere, and in flight.
 
-use lgvi_control::{Plan, Start};
+use lgvi_control::{Plan, Start, TooLate};
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;
 use nalgebra::Vector3;
@@ -86,14 +86,16 @@ fn replan(
     repeats: u32,
 ) -> Result<Replan, BenchError> {
     let mut random = fastrand::Rng::with_seed(SEED);
-    let rest = remaining(plan, flown);
+    let whole = case.transfer()?;
+    let too_late = |error: TooLate| BenchError::Plan(error.to_string());
+    let rest = plan.remaining(&whole, flown).map_err(too_late)?;
     let mut times = [Vec::new(), Vec::new()];
     let mut iterations = [Vec::new(), Vec::new()];
     let (mut cost_difference, mut violation) = (0.0_f64, 0.0_f64);
     for _ in 0..TRIALS {
         let start = displaced(&rest.states[0], apart, &mut random);
         let case = case.remaining(rest.commands.len(), start)?;
-        let transfer = case.transfer()?;
+        let transfer = whole.remaining(flown, start).map_err(too_late)?;
         let solve = |warm: usize| ours::newton(&transfer, [Start::Cold, Start::Warm(&rest)][warm]);
         let mut costs = [0.0; 2];
         for repeat in 0..repeats {
@@ -131,18 +133,6 @@ fn replan(
         cost_difference,
         violation,
     })
-}
-
-/// What is left of a plan.
-fn remaining(plan: &Plan, flown: usize) -> Plan {
-    Plan {
-        states: plan.states[flown..].to_vec(),
-        commands: plan.commands[flown..].to_vec(),
-        controls: plan.controls[flown..].to_vec(),
-        multipliers: plan.multipliers[flown..].to_vec(),
-        feedback: plan.feedback[flown..].to_vec(),
-        ..plan.clone()
-    }
 }
 
 /// A state near the given one.

@@ -7,7 +7,7 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::newton::guess::hermite;
-use crate::{Certificate, Plan, Transfer};
+use crate::{Certificate, Plan, Sweep, Transfer};
 
 /// A detour that is added to the path between both ends.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -146,5 +146,6 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         feedback: Vec::new(),
         cost: 0.0,
         certificate: Certificate::default(),
+        sweep: Sweep::default(),
     }
 }

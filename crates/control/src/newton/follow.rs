@@ -12,6 +12,8 @@ const FOLLOWED: f64 = 0.02;
 const FALL: f64 = 0.2;
 /// The error after a step, in multiples of the product of the errors before it and of the model.
 const USUAL: f64 = 0.01;
+/// Expected error after a step of the same model, in parts of the tolerance, below which no further step is prepared.
+const CERTAIN: f64 = 0.1;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     /// Continues with the existing model and its old second derivatives (the chord method) as long as this converges
@@ -31,13 +33,16 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         Q: Inequalities<X, U>,
     {
         let mut error = FOLLOWED;
+        let mut first = true;
         let own = standing.stationarity;
         loop {
+            let expected = USUAL * own * standing.stationarity / tolerances.stationarity;
             // Before what is probably the last look at this iterate.
-            if USUAL * own * standing.stationarity <= tolerances.stationarity {
+            if expected <= 1.0 {
                 self.fly_home(problem, inequalities, tolerances.violation, standing);
             }
-            let change = self.model.follow(problem, &self.iterate).ok()?;
+            let correct = first || expected > CERTAIN;
+            let mut change = self.model.follow(problem, &self.iterate, correct).ok()?;
             self.measure(problem, standing);
             let found = standing.violation.max(standing.stationarity);
             let missed = self.model.defects.iter().any(|d| d.amax() > 0.0);
@@ -60,8 +65,10 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 return Some(Ended::Stopped);
             }
             error = FALL * found;
-            let nu = self.iterate.nu;
-            self.direction.solve(&self.model, change, &nu, inequalities);
+            first = false;
+            if !correct {
+                change = self.model.follow(problem, &self.iterate, true).ok()?;
+            }
             standing.iteration += 1;
             standing.trials += 1;
             let trial = Trial {
@@ -71,8 +78,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 weights: &self.weights,
                 length: 1.0,
             };
-            let flown = Move::Flown(&self.direction, 1.0);
-            trial.make(flown, &self.iterate, &mut self.spare).ok()?;
+            let step = Move::Policies(change);
+            trial.make(step, &self.iterate, &mut self.spare).ok()?;
             std::mem::swap(&mut self.iterate, &mut self.spare);
         }
     }

@@ -125,8 +125,13 @@ const CLOSE: f64 = REUSED;
 
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
+        Self::with_model(Model::new(intervals), iterate)
+    }
+
+    pub(super) fn with_model(model: Model<X, U>, iterate: Iterate<X, U>) -> Self {
+        let intervals = model.policies.len();
         Self {
-            model: Model::new(intervals),
+            model,
             solved_at: f64::INFINITY,
             followed: false,
             augmentation: AUGMENTATIONS[0],
@@ -234,13 +239,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             standing.iteration += 1;
             let close = standing.stationarity <= CLOSE;
             if self.search(problem, inequalities, standing) {
-                if self.is_near(tolerances, standing) && settings.damping == 0.0 {
-                    let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
-                    if miss <= tolerances.violation && inequalities.satisfied() == Satisfied::Yes {
-                        standing.violation = miss;
-                        return Ended::Converged;
-                    }
-                } else if Q::NONE && exact && close && standing.length == 1.0 {
+                if Q::NONE && exact && close && standing.length == 1.0 {
                     let followed = self.follow(
                         problem,
                         inequalities,
@@ -251,6 +250,12 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     );
                     if let Some(ended) = followed {
                         return ended;
+                    }
+                } else if self.is_near(tolerances, standing) && settings.damping == 0.0 {
+                    let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
+                    if miss <= tolerances.violation && inequalities.satisfied() == Satisfied::Yes {
+                        standing.violation = miss;
+                        return Ended::Converged;
                     }
                 }
                 settings.curvature = 1.0;

@@ -64,12 +64,17 @@ pub(crate) enum ModelError {
 
 impl<const X: usize, const U: usize> Model<X, U> {
     pub(crate) fn new(intervals: usize) -> Self {
+        Self::with_policies(vec![Policy::zeros(); intervals])
+    }
+
+    pub(super) fn with_policies(policies: Vec<Policy<X, U>>) -> Self {
+        let intervals = policies.len();
         Self {
             dynamics: vec![Linearization::default(); intervals],
             inputs: Inputs::none(),
             defects: vec![SVector::zeros(); intervals],
             costates: vec![SVector::zeros(); intervals],
-            policies: vec![Policy::zeros(); intervals],
+            policies,
             gains: Vec::new(),
             has_gains: false,
             miss: SVector::zeros(),
@@ -210,10 +215,13 @@ impl<const X: usize, const U: usize> Model<X, U> {
     ///
     /// With the costate of the new iterate, the gradient of the Lagrangian by states vanishes. Only its gradient by
     /// commands, the terminal conditions and their augmentation are left to correct.
+    ///
+    /// With `correct` false, only the errors and the first derivatives are computed, and the change is of no use.
     pub(crate) fn follow<S, E>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         iterate: &Iterate<X, U>,
+        correct: bool,
     ) -> Result<SVector<f64, X>, ModelError>
     where
         S: DiscreteDynamics<X, U>,
@@ -228,6 +236,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
         let mut gradient = jacobian.tr_mul(&self.augmentation.component_mul(&self.miss));
         let mut offset = self.miss;
         self.stationarity = 0.0;
+        self.largest = 0.0;
         let weight = problem.h * problem.weight;
         for k in (0..problem.intervals).rev() {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
@@ -238,17 +247,21 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             let (before, by_command) = dynamics.backward(&self.inputs, &costate);
-            let residual = weight * command + by_command;
-            let size = problem.command_units.component_mul(&residual).amax();
-            self.stationarity = self.stationarity.max(size);
+            let own = weight * command;
+            let residual = own + by_command;
+            let size = |term: &SVector<f64, U>| problem.command_units.component_mul(term).amax();
+            self.stationarity = self.stationarity.max(size(&residual));
+            self.largest = self.largest.max(size(&own)).max(size(&by_command));
             costate = before;
-            self.policies[k].follow(
-                &residual,
-                dynamics,
-                &self.inputs,
-                &mut gradient,
-                &mut offset,
-            );
+            if correct {
+                self.policies[k].follow(
+                    &residual,
+                    dynamics,
+                    &self.inputs,
+                    &mut gradient,
+                    &mut offset,
+                );
+            }
         }
         self.start.correction(&offset).ok_or(ModelError::Dependent)
     }
@@ -277,18 +290,9 @@ where
     let end = &iterate.states[problem.intervals];
     let jacobian = problem.ending.jacobian(end);
     let residual = problem.ending.residual(end);
+    *augmentation = problem.weights(&jacobian, settings.augmentation);
     let mut augmented = jacobian;
-    for (weight, mut row) in augmentation.iter_mut().zip(augmented.row_iter_mut()) {
-        let compliance: f64 = row
-            .iter()
-            .zip(&problem.stiffness)
-            .map(|(c, stiffness)| c * c / stiffness)
-            .sum();
-        *weight = if compliance > 0.0 {
-            settings.augmentation / compliance
-        } else {
-            0.0
-        };
+    for (weight, mut row) in augmentation.iter().zip(augmented.row_iter_mut()) {
         row *= *weight;
     }
     let mut hessian = jacobian.tr_mul(&augmented);

@@ -2,6 +2,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
 use super::body_frame::BodyFrame;
+use super::conditions::Ending;
 
 /// A discrete optimal control problem of `X` coordinates and `U` commands, as the Newton iteration sees it.
 pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
@@ -30,7 +31,30 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     pub(crate) rounding: SVector<f64, X>,
 }
 
+impl<S, E: Ending<X>, const X: usize, const U: usize> Problem<'_, S, E, X, U> {
+    /// The weights of an augmentation of the terminal conditions at the end of an iterate.
+    pub(crate) fn augmentation(&self, iterate: &Iterate<X, U>, factor: f64) -> SVector<f64, X> {
+        let end = &iterate.states[self.intervals];
+        self.weights(&self.ending.jacobian(end), factor)
+    }
+}
+
 impl<S, E, const X: usize, const U: usize> Problem<'_, S, E, X, U> {
+    /// The weights of an augmentation of terminal conditions with this `jacobian`, in multiples of the stiffness at the
+    /// end; zero for rows without a condition.
+    pub(super) fn weights(&self, jacobian: &SMatrix<f64, X, X>, factor: f64) -> SVector<f64, X> {
+        SVector::from_fn(|row, _| {
+            let parts = jacobian.row(row).into_owned();
+            let parts = parts.iter().zip(&self.stiffness);
+            let compliance: f64 = parts.map(|(c, stiffness)| c * c / stiffness).sum();
+            if compliance > 0.0 {
+                factor / compliance
+            } else {
+                0.0
+            }
+        })
+    }
+
     /// The [`strictness`] for terminal conditions with this `jacobian`.
     pub(crate) fn strictness(&self, jacobian: &SMatrix<f64, X, X>) -> SVector<f64, X> {
         strictness(&(jacobian.abs() * self.rounding))

@@ -82,6 +82,8 @@ pub(crate) enum Move<'d, const X: usize, const U: usize> {
     Flown(&'d Direction<X, U>, f64),
     /// The policies respond to a change of ν. No defect changes.
     Conditions(SVector<f64, X>),
+    /// A full step of the model, flown, with a change of ν. There are no defects.
+    Policies(SVector<f64, X>),
 }
 
 /// The data that trial points are made and judged with.
@@ -121,6 +123,7 @@ where
                 from.nu + length * (direction.nu - from.nu)
             }
             Move::Conditions(_) => from.nu,
+            Move::Policies(change) => from.nu + change,
         };
         for k in 0..problem.intervals {
             let state = to.states[k];
@@ -140,6 +143,7 @@ where
                         + policy.state.tr_mul(&(off - length * direction.states[k]))
                 }
                 Move::Conditions(nu) => policy.state.tr_mul(&off) + policy.conditions.tr_mul(&nu),
+                Move::Policies(nu) => policy.command(&off, &nu),
             };
             let mut command = from.commands[k] + v;
             if let Some((body_frame, zeta)) = turned {

@@ -2,6 +2,7 @@ use nalgebra::SVector;
 
 use super::class::Class;
 use super::error::PlanError;
+use super::neighboring::Inherited;
 use super::progress::{NewtonSettings, Phase, Progress, Start};
 use super::resolution::resolved;
 use super::scale::{metric, stiffness};
@@ -20,6 +21,8 @@ pub(super) struct Solver<'s, C> {
     pub(super) tolerances: Tolerances,
     pub(super) coarse: usize,
     pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
+    /// What the next plan takes over from the plan before.
+    pub(super) inherited: Option<Inherited>,
 }
 
 /// Kinds of initial guesses.
@@ -81,6 +84,7 @@ impl<'s, C> Solver<'s, C> {
             },
             coarse: settings.coarse.max(2),
             observe,
+            inherited: None,
         }
     }
 
@@ -305,7 +309,22 @@ impl<'s, C> Solver<'s, C> {
         S: DiscreteDynamics<X, U>,
         C: Class<X, U>,
     {
-        let mut newton = Newton::new(problem.intervals, iterate);
+        let newton = Newton::new(problem.intervals, iterate);
+        self.iterated(problem, newton, guess, phase)
+    }
+
+    /// [`Solver::level`] with the buffers of an iteration, from its iterate.
+    pub(super) fn iterated<S, const X: usize, const U: usize>(
+        &mut self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        mut newton: Newton<X, U>,
+        guess: Closeness,
+        phase: Phase,
+    ) -> Result<Newton<X, U>, Failure<X, U>>
+    where
+        S: DiscreteDynamics<X, U>,
+        C: Class<X, U>,
+    {
         let beyond = self.extrapolates();
         let observe = &mut *self.observe;
         let tolerances = if problem.intervals < self.transfer.intervals {

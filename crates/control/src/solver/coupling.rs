@@ -11,7 +11,7 @@ use super::progress::{NewtonSettings, Progress, Start};
 use super::resolution::resolved;
 use crate::discrete::{DiscreteDynamics, KickDriftKick};
 use crate::newton::Ending;
-use crate::{Motion, Plan, Transfer};
+use crate::{Motion, Plan, Sweep, Transfer};
 
 /// Plans the half of `transfer` that belongs to the class so that it holds when both halves are flown.
 pub(super) fn half<C, const X: usize, const U: usize>(
@@ -43,7 +43,10 @@ where
         })
     };
     let whole = whole(class, transfer);
-    Solver::new(Both, &whole, settings, &mut watch).solve(Start::Warm(&plan), again)
+    let plan = Solver::new(Both, &whole, settings, &mut watch).solve(Start::Warm(&plan), again)?;
+    // The terminal conditions are not those of the transfer.
+    let sweep = Sweep::default();
+    Ok(Plan { sweep, ..plan })
 }
 
 /// The terminal miss of a plan when both halves are flown, or `None` if it cannot be flown.

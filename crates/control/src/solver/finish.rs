@@ -7,7 +7,7 @@ use super::class::Class;
 use super::error::PlanError;
 use crate::discrete::DiscreteDynamics;
 use crate::newton::{Ended, Ending, Inequalities, Iterate, ModelSettings, Newton, REUSED};
-use crate::{Certificate, Plan};
+use crate::{Certificate, Plan, Sweep};
 
 impl<C> Solver<'_, C> {
     /// A state of the terminal set that paths lead to. Free coordinates are those of the drift without loads.
@@ -35,7 +35,7 @@ impl<C> Solver<'_, C> {
     /// If the plan is only a small step away from the point of the last model, gains, condition and convexity are taken
     /// from that model. Misses are always computed anew.
     pub(super) fn finish<Q, const X: usize, const U: usize>(
-        &self,
+        &mut self,
         mut newton: Newton<X, U>,
         inequalities: &mut Q,
     ) -> Result<Plan, PlanError>
@@ -43,30 +43,59 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
         Q: Inequalities<X, U>,
     {
-        let Some(mut plan) = self.flown(&newton.iterate)? else {
+        let transfer = self.transfer;
+        let steps = self.class.steps(transfer)?;
+        let problem = self.problem(transfer, &steps);
+        // What was followed has no defects.
+        let plan = if newton.followed {
+            Some(self.assembled(newton.iterate.clone()))
+        } else {
+            self.flown(&newton.iterate)?
+        };
+        let Some(mut plan) = plan else {
             return Err(self.unsolved(Ended::Stuck, &newton.iterate)?);
         };
-        let followed = newton.followed && newton.iterate.states == plan.states;
         newton.iterate.states.clone_from(&plan.states);
-        let steps = self.class.steps(self.transfer)?;
-        let problem = self.problem(self.transfer, &steps);
+        let inherited = self.inherited.take();
         let mut sufficient = Q::NONE
-            && newton.solved_at <= REUSED
-            && (followed || newton.model.follow(&problem, &newton.iterate).is_ok());
-        let Newton { model, iterate, .. } = &mut newton;
+            && (inherited.is_some() || newton.solved_at <= REUSED)
+            && (newton.followed
+                || newton
+                    .model
+                    .follow(&problem, &newton.iterate, false)
+                    .is_ok());
+        let mut strayed = newton.solved_at;
         if !sufficient {
-            model.want_gains();
+            newton.model.want_gains();
             for settings in MODELS {
-                if model
-                    .solve(&problem, inequalities, iterate, settings)
-                    .is_ok()
-                {
+                let Newton { model, iterate, .. } = &mut newton;
+                let solved = model.solve(&problem, inequalities, iterate, settings);
+                if solved.is_ok() {
                     sufficient = settings.curvature == 1.0;
+                    newton.augmentation = settings.augmentation;
+                    strayed = 0.0;
                     break;
                 }
             }
         }
-        plan.feedback = self.widened_gains(std::mem::take(&mut model.gains));
+        let units = match inherited {
+            Some(_) => problem.augmentation(&newton.iterate, newton.augmentation),
+            None => newton.model.augmentation,
+        };
+        let independent = newton.model.start.multipliers().is_some();
+        sufficient &= independent;
+        match inherited {
+            Some(inherited) if sufficient => {
+                (plan.feedback, plan.sweep) = (inherited.feedback, inherited.sweep);
+            }
+            _ => {
+                plan.feedback = self.widened_gains(std::mem::take(&mut newton.model.gains));
+                if Q::NONE && sufficient {
+                    plan.sweep = self.kept(&problem, &mut newton, strayed);
+                }
+            }
+        }
+        let model = &newton.model;
         for (wide, own) in plan.multipliers.iter_mut().zip(&model.costates) {
             wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
         }
@@ -77,8 +106,8 @@ impl<C> Solver<'_, C> {
             terminal: model.terminal(&model.miss),
             inequality,
             complementarity,
-            condition: model.start.condition(&model.augmentation),
-            sufficient: sufficient && model.start.multipliers().is_some(),
+            condition: model.start.condition(&model.augmentation, &units),
+            sufficient,
         };
         Ok(plan)
     }
@@ -92,10 +121,15 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let loads = self.transfer.actuation.matrix() * self.class.selection();
+        let are_commands = loads == SMatrix::<f64, 6, U>::identity();
         let widened = |own: SMatrix<f64, U, X>| {
             let mut wide = SMatrix::<f64, 6, 12>::zeros();
             let mut columns = wide.fixed_columns_mut::<X>(C::FIRST);
-            columns.copy_from(&(loads * own));
+            if are_commands {
+                columns.fixed_rows_mut::<U>(0).copy_from(&own);
+            } else {
+                columns.copy_from(&(loads * own));
+            }
             wide
         };
         gains.into_iter().map(widened).collect()
@@ -138,34 +172,50 @@ impl<C> Solver<'_, C> {
         let steps = self.class.steps(transfer)?;
         let coarse = iterate.commands.len();
         let mut state = transfer.initial;
-        let mut plan = Plan {
-            h: transfer.h,
-            states: vec![state],
+        let mut flown = Iterate {
+            states: Vec::with_capacity(transfer.intervals + 1),
             commands: Vec::with_capacity(transfer.intervals),
-            controls: Vec::with_capacity(transfer.intervals),
-            multipliers: vec![SVector::zeros(); transfer.intervals],
-            feedback: Vec::new(),
-            cost: 0.0,
-            certificate: Certificate::default(),
+            nu: iterate.nu,
         };
+        flown.states.push(state);
         for k in 0..transfer.intervals {
             let command = iterate.commands[k * coarse / transfer.intervals];
             match steps.next(k, &state, &command) {
                 Ok(next) if next.is_finite() => state = next,
                 _ => return Ok(None),
             }
-            let command = self.class.widened(&command);
-            plan.cost += transfer.actuation.cost(transfer.h, &command);
-            plan.controls.push(transfer.actuation.load(&command));
-            plan.commands.push(command);
-            plan.states.push(state);
+            flown.commands.push(command);
+            flown.states.push(state);
         }
+        let mut plan = self.assembled(flown);
         plan.certificate.stationarity = self.standing.stationarity;
         let problem = self.problem(transfer, &steps);
         let miss = problem.ending.residual(&state);
         let strictness = problem.strictness(&problem.ending.jacobian(&state));
         plan.certificate.terminal = strictness.component_mul(&miss).norm();
         Ok(Some(plan))
+    }
+
+    /// The plan of an iterate without defects, without feedback, multipliers and certificate.
+    fn assembled<const X: usize, const U: usize>(&self, iterate: Iterate<X, U>) -> Plan
+    where
+        C: Class<X, U>,
+    {
+        let transfer = self.transfer;
+        let commands = iterate.commands.iter();
+        let commands: Vec<_> = commands.map(|w| self.class.widened(w)).collect();
+        let actuation = &transfer.actuation;
+        Plan {
+            h: transfer.h,
+            states: iterate.states,
+            controls: commands.iter().map(|w| actuation.load(w)).collect(),
+            multipliers: vec![SVector::zeros(); transfer.intervals],
+            feedback: Vec::new(),
+            cost: commands.iter().map(|w| actuation.cost(transfer.h, w)).sum(),
+            commands,
+            certificate: Certificate::default(),
+            sweep: Sweep::default(),
+        }
     }
 }
 

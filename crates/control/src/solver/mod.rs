@@ -10,6 +10,7 @@ mod drifted;
 mod error;
 mod finish;
 mod first;
+mod neighboring;
 mod progress;
 mod relaxation;
 mod resolution;
@@ -116,7 +117,7 @@ pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanE
         nu: extremal.multipliers.last().copied().unwrap_or_default(),
     };
     let mut unobserved = |_: &Progress| true;
-    let solver = Solver::new(Both, &own, &NewtonSettings::default(), &mut unobserved);
+    let mut solver = Solver::new(Both, &own, &NewtonSettings::default(), &mut unobserved);
     let newton = Newton::new(own.intervals, iterate);
     solver
         .finish(newton, &mut Unconstrained)

@@ -64,7 +64,7 @@ fn a_certificate_sees_an_altered_command() {
     };
     iterate.commands[40][5] *= 1.01;
     let mut observe = |_: &Progress| true;
-    let solver = Solver::new(Both, &transfer, &NewtonSettings::default(), &mut observe);
+    let mut solver = Solver::new(Both, &transfer, &NewtonSettings::default(), &mut observe);
     let newton = Newton::new(transfer.intervals, iterate);
     let altered = solver.finish(newton, &mut Unconstrained).unwrap();
     let found = &altered.certificate;

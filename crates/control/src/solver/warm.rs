@@ -6,10 +6,11 @@ use nalgebra::SVector;
 use super::attempt::{Failure, Solver};
 use super::class::Class;
 use super::error::PlanError;
+use super::neighboring::Neighbor;
 use super::progress::Phase;
 use crate::Plan;
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{AUGMENTATIONS, Closeness, Iterate, Newton, Problem, guess};
+use crate::newton::{Closeness, Iterate, Newton, Problem, guess};
 
 impl<C> Solver<'_, C> {
     pub(super) fn warm<const X: usize, const U: usize>(
@@ -19,13 +20,20 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
-        let mut iterate = self.resampled(plan)?;
         let steps = self.class.steps(self.transfer)?;
         let problem = self.problem(self.transfer, &steps);
-        self.corrected(&problem, plan, &mut iterate);
-        let [augmentation, ..] = AUGMENTATIONS;
+        let newton = match self.neighboring(plan)? {
+            Some(Neighbor::Plan(newton)) => return Ok(Ok(*newton)),
+            Some(Neighbor::Guess(newton)) => *newton,
+            None => {
+                let mut iterate = self.resampled(plan)?;
+                self.corrected(&problem, plan, &mut iterate);
+                Newton::new(problem.intervals, iterate)
+            }
+        };
+        let augmentation = newton.augmentation;
         let guess = Closeness::Close { augmentation };
-        Ok(self.level(&problem, iterate, guess, Phase::Fine))
+        Ok(self.iterated(&problem, newton, guess, Phase::Fine))
     }
 
     /// A plan as an iterate, resampled to the transfer's intervals.

@@ -109,6 +109,10 @@ impl Units {
         &self.commands
     }
 
+    pub(crate) fn cost(&self) -> f64 {
+        self.cost
+    }
+
     /// Adds the units of the commands and of the cost. Each command's largest load component and the largest weight
     /// become numbers from 1 to 2.
     fn with_commands(mut self, actuation: &Actuation) -> Self {
@@ -154,7 +158,7 @@ impl Units {
     }
 
     /// The units of force and moment.
-    fn loads(&self) -> SVector<f64, 6> {
+    pub(crate) fn loads(&self) -> SVector<f64, 6> {
         SVector::from_fn(|row, _| if row < 3 { self.force() } else { self.moment() })
     }
 

@@ -1,6 +1,6 @@
 use std::collections::BTreeSet;
 
-use lgvi_control::{Certificate, Plan};
+use lgvi_control::{Certificate, Plan, Sweep};
 use lgvi_msgs::geometry_msgs::Point;
 use lgvi_msgs::visualization_msgs::Marker;
 use nalgebra::{Matrix3, Vector3};
@@ -54,6 +54,7 @@ fn shown(keys: &str) -> Vec<Marker> {
         feedback: Vec::new(),
         cost: 0.0,
         certificate: Certificate::default(),
+        sweep: Sweep::default(),
     };
     let sequence = Sequence::new(scene.maneuver.as_ref().unwrap(), 0, plan);
     markers(&scene, &sequence).unwrap().markers
@@ -203,6 +204,7 @@ fn a_plan_that_stays_in_place_has_no_path() {
         feedback: Vec::new(),
         cost: 0.0,
         certificate: Certificate::default(),
+        sweep: Sweep::default(),
     };
     let sequence = Sequence::new(scene.maneuver.as_ref().unwrap(), 0, plan);
     let markers = markers(&scene, &sequence).unwrap().markers;

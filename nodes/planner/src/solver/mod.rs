@@ -187,7 +187,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
             let transfer = transfer(scene, &initial, intervals)?;
             let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
                 // What is too short to be shortened is no help.
-                plan.remaining(&transfer, *flown, initial).ok()
+                plan.remaining(&transfer, *flown).ok()
             });
             once(scene, &transfer, guess.as_ref(), observe)?
         }

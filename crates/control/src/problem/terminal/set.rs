@@ -72,6 +72,17 @@ impl TerminalSet {
         (single && aimed == [[true; 2]; 2]).then_some(state)
     }
 
+    /// The units of the transfer's states, expressed in the units of the conditions.
+    pub(crate) fn units(&self) -> &Units {
+        &self.translation.units
+    }
+
+    /// The unit of each condition.
+    pub(crate) fn rows(&self) -> SVector<f64, 12> {
+        let halves = [&self.translation, &self.rotation];
+        SVector::from_fn(|row, _| halves[row / 6].rows[row % 6])
+    }
+
     /// Moves `state` into the set as [`TerminalCondition::aim`] does, each half separately.
     pub(crate) fn aim(&self, state: &mut BodyState) -> [[bool; 2]; 2] {
         [self.translation.aim(state), self.rotation.aim(state)]

@@ -77,9 +77,10 @@ pub(crate) struct Propagator {
     lockstep: Option<Lockstep>,
     /// Where it waits for a controller from outside.
     cycle: Option<Cycle>,
-    /// The wrenches taken for the present step, by body, and the steps at which the last ones are over.
+    /// The wrenches taken for the present step, by body.
     wrenches: Vec<Option<Wrench>>,
-    wrenches_end: Vec<Option<u64>>,
+    /// The bodies on which wrenches act, and the steps at which these are over.
+    acting: Vec<(usize, u64)>,
     pub(crate) phase: Phase,
     pub(crate) paused: bool,
     /// Sequences accepted.
@@ -176,7 +177,7 @@ impl Managed for Propagator {
             lockstep: config.lockstep.then(|| Lockstep::new(&scene)).flatten(),
             cycle: Cycle::read(&node.parameters, &scene, &config.wrenches)?,
             wrenches: vec![None; scene.bodies.len()],
-            wrenches_end: vec![None; scene.bodies.len()],
+            acting: Vec::new(),
             phase: Phase::Unattended,
             paused: false,
             accepted: 0,
@@ -340,7 +341,8 @@ impl Propagator {
             // One that would begin after the end of the flight is of no use.
             if self.flight.admit(controls).is_ok() {
                 self.accepted += 1;
-                self.wrenches_end[body] = Some(end);
+                self.acting.retain(|(other, _)| *other != body);
+                self.acting.push((body, end));
                 self.link.flies(sequence);
             }
             if let Some(cycle) = &mut self.cycle {
@@ -352,13 +354,14 @@ impl Propagator {
 
     /// Says where the last wrench on a body is over.
     fn note_silence(&mut self) {
-        let step = self.flight.step();
-        for (body, end) in self.wrenches_end.iter_mut().enumerate() {
-            if end.take_if(|end| *end <= step).is_some() {
-                let name = &self.scene.bodies[body].name;
+        let (step, bodies) = (self.flight.step(), &self.scene.bodies);
+        self.acting.retain(|(body, end)| {
+            if step >= *end {
+                let name = &bodies[*body].name;
                 warn!("no new wrench on {name}: none acts from step {step} on");
             }
-        }
+            step < *end
+        });
     }
 
     /// Whether it holds until a controller has answered the present state.
@@ -518,7 +521,7 @@ impl Propagator {
             cycle.begin_anew();
         }
         self.wrenches.fill(None);
-        self.wrenches_end.fill(None);
+        self.acting.clear();
         self.cost = 0.0;
         self.late_controls = 0;
         self.docked.clear();

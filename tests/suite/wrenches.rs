@@ -181,14 +181,14 @@ fn a_wrench_acts_for_its_time_and_one_that_is_wrong_does_not() {
     });
     flight.operator.lead(&["activate"]);
     let mut message = WrenchStamped::default();
-    message.header.frame_id = "world".into();
+    message.header.frame_id = "inertial".into();
     message.wrench.force = vector([0.0, 10.0, 0.0]);
     wrench.publish(&message).unwrap();
     flight.propagator.await_stderr("no new wrench on body");
     message.header.frame_id = "moon".into();
     wrench.publish(&message).unwrap();
     flight.propagator.await_stderr(
-        "wrench on body refused: `header.frame_id` is \"moon\", expected one of body, world, thruster",
+        "wrench on body refused: `header.frame_id` is \"moon\", expected one of body, inertial, thruster",
     );
     sleep(Duration::from_millis(1100));
     message.header.frame_id.clear();

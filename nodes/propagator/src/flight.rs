@@ -529,7 +529,7 @@ mod tests {
         );
         assert_eq!(
             check(|m| m.header.frame_id = "moon".into()),
-            "`header.frame_id` is \"moon\", expected the scene's inertial frame, \"world\", or that of the body, \"ball\""
+            "`header.frame_id` is \"moon\", expected the scene's inertial frame, \"inertial\", or that of the body, \"ball\""
         );
         let text = check(|m| m.header.stamp.nanosec = 1_000_000_000);
         assert!(text.starts_with("`header.stamp`: "), "{text}");

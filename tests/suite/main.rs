@@ -69,5 +69,6 @@ mod two_hosts_page;
 mod verify;
 mod waiting;
 mod warnings;
+mod wrenches;
 #[cfg(feature = "zenoh")]
 mod zenoh;

@@ -205,6 +205,27 @@ fn a_node_on_rclpy_follows_the_odometry_and_publishes() {
     node.stop().expect(0);
 }
 
+/// Torque of −½ ω on principal moments of 1, 2 and 3 kg m², for 100 s.
+#[test]
+fn a_controller_on_rclpy_stops_the_rotation_in_lockstep() {
+    let world = World::new();
+    let node = world.ros_python(&example("python_ros/detumble_live.py"), &[]);
+    let arguments = ["--await-wrench", "body", "--control-period", "0.1"];
+    let flight = world.start_flight(&scene("free_body"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+    node.stop().expect(0);
+    let sequences = bag.messages::<ControlSequence>("/lgvi_propagator/flown_control");
+    assert_eq!(sequences.len(), 1000);
+    let state = bag.messages::<SystemState>(STATE);
+    let last = state.iter().max_by_key(|state| state.step).unwrap();
+    let spin = last.bodies[0].angular_momentum.map(f64::abs);
+    assert!(
+        spin.into_iter().all(|component| component < 1e-5),
+        "{spin:?}"
+    );
+    world.verify_agrees(&world.path("flight"), 10_001);
+}
+
 #[test]
 fn a_rust_node_of_ones_own_follows_the_state_and_publishes() {
     let world = World::new();

@@ -6,6 +6,8 @@ use lgvi_middleware::shm::Delivery;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
 use lgvi_scene::Scene;
 
+use crate::wrench::Terms;
+
 /// The node's parameters, as they are when it is configured.
 pub(crate) struct Config {
     pub(crate) scene: Scene,
@@ -21,6 +23,9 @@ pub(crate) struct Config {
     pub(crate) lockstep: bool,
     /// Whether `/clock` is published.
     pub(crate) clock: bool,
+    /// The bodies on which wrenches are taken, and how these act.
+    pub(crate) wrenches: Vec<usize>,
+    pub(crate) terms: Option<Terms>,
 }
 
 /// Those of the node's parameters that may change in flight.
@@ -33,6 +38,9 @@ pub(crate) struct Rates {
     /// Steps between two states over DDS; 0: as the scene says.
     pub(crate) ros_every: u64,
 }
+
+/// Bodies beyond which no wrenches are taken: each has a subscription.
+const MOST_WRENCHES: usize = 64;
 
 /// How long a subscriber that does not keep up is waited for when flying as fast as possible.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(5);
@@ -91,6 +99,48 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             String::new(),
             "choice of an automatic integrator, as in a scene's `chosen`; empty: chosen when the node is configured",
         ),
+        ParameterSpec::new(
+            "wrench_timeout",
+            1.0,
+            "time for which a wrench on ~/wrench/<body> acts unless another comes (s); 0: take no wrenches",
+        )
+        .range(0.0, f64::MAX),
+        ParameterSpec::new(
+            "wrench_delay",
+            0.0,
+            "time from taking a wrench until it acts (s), rounded to steps",
+        )
+        .range(0.0, f64::MAX),
+        ParameterSpec::new(
+            "wrench_max_force",
+            f64::INFINITY,
+            "greatest force of a wrench (N); larger ones are scaled down",
+        )
+        .range(0.0, f64::INFINITY),
+        ParameterSpec::new(
+            "wrench_max_moment",
+            f64::INFINITY,
+            "greatest moment of a wrench about the center of mass (N m); larger ones are scaled down",
+        )
+        .range(0.0, f64::INFINITY),
+        ParameterSpec::new(
+            "await_wrench",
+            Vec::<String>::new(),
+            "bodies whose controllers the flight waits for: at the beginning of each control period until a wrench with the \
+             stamp of the state has come",
+        ),
+        ParameterSpec::new(
+            "control_period",
+            0.02,
+            "control period with await_wrench (s), a whole number of steps",
+        )
+        .range(0.0, f64::MAX),
+        ParameterSpec::new(
+            "control_deadline",
+            10.0,
+            "how long each wrench but the first is waited for with await_wrench (s); then the flight goes on",
+        )
+        .range(0.0, f64::MAX),
         ParameterSpec::new("clock", false, "publish the flight's time on /clock"),
         FramePrefix::specification(),
     ]
@@ -122,6 +172,11 @@ impl Config {
             ));
         }
         let await_subscribers: i64 = parameters.get("await_subscribers")?;
+        let terms = Terms::read(parameters, &scene)?;
+        let wrenches = match terms {
+            Some(_) => movable(&scene),
+            None => Vec::new(),
+        };
         Ok(Self {
             scene,
             await_control,
@@ -130,7 +185,23 @@ impl Config {
             feedback: parameters.get("feedback")?,
             lockstep,
             clock,
+            wrenches,
+            terms,
         })
+    }
+}
+
+/// The bodies that loads can move, if they are not so many that nobody flies them one by one.
+fn movable(scene: &Scene) -> Vec<usize> {
+    let bodies = scene.bodies.iter().enumerate();
+    let movable: Vec<_> = bodies
+        .filter(|(_, body)| !body.body.mobility().is_given())
+        .map(|(index, _)| index)
+        .collect();
+    if movable.len() > MOST_WRENCHES {
+        Vec::new()
+    } else {
+        movable
     }
 }
 

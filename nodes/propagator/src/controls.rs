@@ -8,6 +8,9 @@ use thiserror::Error;
 
 use crate::law::{Law, LawError};
 
+/// Steps that an interval may last: whole numbers up to here are exact.
+const MOST_STEPS: f64 = 9_007_199_254_740_992.0;
+
 /// A control sequence for one of a scene's bodies, checked and in the scene's units.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Controls {
@@ -15,10 +18,23 @@ pub struct Controls {
     pub body: usize,
     /// The step at which the first interval starts.
     pub first_step: u64,
+    /// Steps that an interval lasts, ≥ 1.
+    pub hold: u64,
+    /// The axes of the forces. Moments are in those of the body.
+    pub axes: ForceAxes,
     /// One load an interval.
     pub loads: Vec<Load>,
     /// What corrects them in flight; none in open loop.
     pub law: Option<Law>,
+}
+
+/// Axes of forces.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ForceAxes {
+    /// Those of the scene's inertial frame.
+    Inertial,
+    /// Those of the body: forces turn with it, from one step to the next.
+    Body,
 }
 
 /// Why a control sequence is not flown.
@@ -47,18 +63,37 @@ pub enum ControlError {
         known: Vec<String>,
     },
     /// Forces in another frame.
-    #[error("`header.frame_id` is {found:?}, expected the scene's inertial frame, {expected:?}")]
+    #[error(
+        "`header.frame_id` is {found:?}, expected the scene's inertial frame, {inertial:?}, or that of the body, {body:?}"
+    )]
     Frame {
         /// The frame of the sequence.
         found: String,
         /// The scene's.
-        expected: String,
+        inertial: String,
+        /// That of the body.
+        body: String,
     },
     /// Made for another step.
-    #[error("`step_size` is {found} s, expected the scene's step {expected} s")]
+    #[error(
+        "`step_size` is {found} s, expected the scene's step {expected} s or a whole number of them"
+    )]
     StepSize {
-        /// The step in the sequence (s).
+        /// The length of an interval of the sequence (s).
         found: f64,
+        /// The scene's step (s).
+        expected: f64,
+    },
+    /// A feedback law whose intervals are not steps, or whose forces turn with the body.
+    #[error(
+        "`feedback` is given with `step_size` {found} s and `header.frame_id` {frame:?}, expected the scene's step {expected} s \
+         and its inertial frame"
+    )]
+    HeldFeedback {
+        /// The length of an interval of the sequence (s).
+        found: f64,
+        /// The frame of the sequence.
+        frame: String,
         /// The scene's step (s).
         expected: f64,
     },
@@ -119,13 +154,6 @@ pub enum ControlError {
 impl Controls {
     /// Checks a received message against the scene. One without a frame is taken to be in the scene's.
     pub fn of_message(scene: &Scene, message: &ControlSequence) -> Result<Self, ControlError> {
-        let (found, expected) = (&message.header.frame_id, &scene.frame);
-        if !found.is_empty() && found != expected {
-            return Err(ControlError::Frame {
-                found: excerpt(found),
-                expected: expected.clone(),
-            });
-        }
         stamp::from_message(&message.header.stamp)?;
         let body = scene
             .body_index(&message.body)
@@ -133,16 +161,25 @@ impl Controls {
                 found: excerpt(&message.body),
                 known: scene.bodies.iter().map(|body| body.name.clone()).collect(),
             })?;
+        let axes = axes(scene, body, &message.header.frame_id)?;
         let expected = scene.h() * scene.units.time;
         let found = message.step_size;
-        if found.is_nan() || (found - expected).abs() > 1e-9 * expected {
-            return Err(ControlError::StepSize { found, expected });
+        let hold = hold(found, expected).ok_or(ControlError::StepSize { found, expected })?;
+        let law = Law::check(message, &scene.units)?;
+        if law.is_some() && (hold > 1 || axes == ForceAxes::Body) {
+            return Err(ControlError::HeldFeedback {
+                found,
+                frame: excerpt(&message.header.frame_id),
+                expected,
+            });
         }
         Ok(Self {
             body,
             first_step: message.first_step,
+            hold,
+            axes,
             loads: loads(scene, message)?,
-            law: Law::check(message, &scene.units)?,
+            law,
         })
     }
 
@@ -157,18 +194,62 @@ impl Controls {
         Self { law: None, ..self }
     }
 
-    /// The load during `step` of the body that is in `state` at its start; `None` before the first interval, zero after
-    /// the last.
+    /// The step at which the last interval ends.
+    pub fn end(&self) -> u64 {
+        let length = self.hold.saturating_mul(self.loads.len() as u64);
+        self.first_step.saturating_add(length)
+    }
+
+    /// The load during `step`, in the axes of the sequence and without feedback; `None` before the first interval, zero
+    /// after the last.
+    pub fn during(&self, step: u64) -> Option<Load> {
+        let interval = self.interval(step)?;
+        Some(self.loads.get(interval).copied().unwrap_or_default())
+    }
+
+    fn interval(&self, step: u64) -> Option<usize> {
+        let interval = step.checked_sub(self.first_step)? / self.hold;
+        Some(usize::try_from(interval).unwrap_or(usize::MAX))
+    }
+
+    /// The load during `step` of the body that is in `state` at its start, in the scene's axes; `None` before the first
+    /// interval, zero after the last.
     pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
-        let interval = usize::try_from(step.checked_sub(self.first_step)?).ok()?;
+        let interval = self.interval(step)?;
         let Some(load) = self.loads.get(interval) else {
             return Some(Load::default());
         };
-        Some(match &self.law {
-            Some(law) => law.correct(interval, load, state),
-            None => *load,
+        Some(match (&self.law, self.axes) {
+            (Some(law), _) => law.correct(interval, load, state),
+            (None, ForceAxes::Inertial) => *load,
+            (None, ForceAxes::Body) => Load {
+                force: state.attitude * load.force,
+                ..*load
+            },
         })
     }
+}
+
+/// The axes that a frame's name means for a body; without one, those of the scene.
+fn axes(scene: &Scene, body: usize, frame: &str) -> Result<ForceAxes, ControlError> {
+    let own = &scene.bodies[body].frame;
+    match frame {
+        "" => Ok(ForceAxes::Inertial),
+        _ if frame == scene.frame => Ok(ForceAxes::Inertial),
+        _ if frame == own => Ok(ForceAxes::Body),
+        _ => Err(ControlError::Frame {
+            found: excerpt(frame),
+            inertial: scene.frame.clone(),
+            body: own.clone(),
+        }),
+    }
+}
+
+/// The steps in an interval of `found` seconds, if it is a whole number of them.
+fn hold(found: f64, step: f64) -> Option<u64> {
+    let steps = (found / step).round();
+    let is_whole = (found - steps * step).abs() <= 1e-9 * found;
+    (is_whole && (1.0..=MOST_STEPS).contains(&steps)).then_some(steps as u64)
 }
 
 /// The controls of a message in the scene's units.

@@ -204,8 +204,7 @@ impl Flight {
 
     /// The step at which the sequence of `body` that acts last ends.
     pub fn sequence_end(&self, body: usize) -> Option<u64> {
-        let last = self.accepted[body].last()?;
-        Some(last.first_step.saturating_add(last.loads.len() as u64))
+        Some(self.accepted[body].last()?.end())
     }
 
     /// Makes one step. Allocates nothing.
@@ -332,6 +331,40 @@ mod tests {
         let expected = [0.0, 0.0, 3.0, 3.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0];
         assert_eq!(momentum_gains(&mut flight), expected);
         assert_eq!(flight.loads()[0].force, Vector3::zeros());
+    }
+
+    #[test]
+    fn an_interval_may_last_several_steps() {
+        let mut message = push(1, 2.0, 2);
+        message.step_size = 0.3;
+        message.force[1].x = 4.0;
+        let mut flight = Flight::new(&scene()).unwrap();
+        flight
+            .accept(Controls::of_message(&scene(), &message).unwrap())
+            .unwrap();
+        assert_eq!(flight.sequence_end(0), Some(7));
+        let expected = [0.0, 1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 0.0, 0.0, 0.0];
+        assert_eq!(momentum_gains(&mut flight), expected);
+    }
+
+    #[test]
+    fn forces_in_the_frame_of_the_body_turn_with_it() {
+        let scene = scene();
+        let mut flight = Flight::new(&scene).unwrap();
+        // A quarter turn about z: the x axis of the body points along y.
+        let turned = lgvi_msgs::msg::BodyState {
+            name: "ball".into(),
+            attitude: [0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0],
+            ..Default::default()
+        };
+        let turned = SetStates::of_message(&scene, &[turned]).unwrap();
+        flight.set_states(&turned).unwrap();
+        let mut message = push(0, 2.0, 1);
+        message.header.frame_id = "ball".into();
+        let controls = Controls::of_message(&scene, &message).unwrap();
+        flight.accept(controls).unwrap();
+        flight.advance().unwrap();
+        assert_eq!(flight.loads()[0].force, Vector3::new(0.0, 1.0, 0.0));
     }
 
     #[test]
@@ -481,8 +514,8 @@ mod tests {
             "`body` is \"moon\", expected one of ball"
         );
         assert_eq!(
-            check(|m| m.step_size = 0.2),
-            "`step_size` is 0.2 s, expected the scene's step 0.1 s"
+            check(|m| m.step_size = 0.25),
+            "`step_size` is 0.25 s, expected the scene's step 0.1 s or a whole number of them"
         );
         assert!(check(|m| m.step_size = f64::NAN).contains("NaN"));
         assert!(check(|m| (m.force, m.moment) = Default::default()).contains("empty"));
@@ -493,6 +526,10 @@ mod tests {
         assert_eq!(
             check(|m| m.moment[2].y = f64::INFINITY),
             "`moment[2]` is [0.0, inf, 0.0], expected three finite numbers"
+        );
+        assert_eq!(
+            check(|m| m.header.frame_id = "moon".into()),
+            "`header.frame_id` is \"moon\", expected the scene's inertial frame, \"inertial\", or that of the body, \"ball\""
         );
         let text = check(|m| m.header.stamp.nanosec = 1_000_000_000);
         assert!(text.starts_with("`header.stamp`: "), "{text}");

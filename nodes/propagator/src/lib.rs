@@ -9,6 +9,7 @@ mod choosing;
 mod config;
 mod controls;
 mod cuts;
+mod cycle;
 mod docked;
 mod ending;
 mod flight;
@@ -23,10 +24,11 @@ mod pace;
 mod resolution;
 mod run;
 mod set_states;
+mod wrench;
 
 use std::process::ExitCode;
 
-pub use controls::{ControlError, Controls};
+pub use controls::{ControlError, Controls, ForceAxes};
 pub use flight::{Flight, SetStatesError};
 pub use law::{Law, LawError};
 pub use set_states::{SetStates, StateError};

@@ -15,10 +15,10 @@ use lgvi_msgs::shm::{BodySample, Name};
 use lgvi_scene::Scene;
 use tracing::{info, warn};
 
-use crate::ControlError;
 use crate::choosing;
 use crate::config::{self, Config, Rates};
 use crate::cuts::Cuts;
+use crate::cycle::Cycle;
 use crate::flight::Flight;
 use crate::link::{self, LinkEnd, Published, Wait};
 use crate::lockstep::Lockstep;
@@ -27,9 +27,14 @@ use crate::monitor::Monitor;
 use crate::orders::{Order, Orders};
 use crate::pace::Pace;
 use crate::resolution::Resolution;
+use crate::wrench::Wrench;
+use crate::{ControlError, Controls};
 
 /// How often waiting looks whether it is over.
 const WAIT: Duration = Duration::from_millis(1);
+
+/// The same for the answer of a controller.
+const ANSWER: Duration = Duration::from_micros(20);
 
 /// How long a step may be waited for at a stretch.
 const SLICE: Duration = Duration::from_millis(10);
@@ -70,6 +75,12 @@ pub(crate) struct Propagator {
     pace: Pace,
     /// Where it waits for plans made on the way.
     lockstep: Option<Lockstep>,
+    /// Where it waits for a controller from outside.
+    cycle: Option<Cycle>,
+    /// The wrenches taken for the present step, by body.
+    wrenches: Vec<Option<Wrench>>,
+    /// The bodies on which wrenches act, and the steps at which these are over.
+    acting: Vec<(usize, u64)>,
     pub(crate) phase: Phase,
     pub(crate) paused: bool,
     /// Sequences accepted.
@@ -164,6 +175,9 @@ impl Managed for Propagator {
             stepping: None,
             pace: Pace::free(),
             lockstep: config.lockstep.then(|| Lockstep::new(&scene)).flatten(),
+            cycle: Cycle::read(&node.parameters, &scene, &config.wrenches)?,
+            wrenches: vec![None; scene.bodies.len()],
+            acting: Vec::new(),
             phase: Phase::Unattended,
             paused: false,
             accepted: 0,
@@ -210,10 +224,12 @@ impl Propagator {
         while !node.interrupted() {
             self.heed(node)?;
             let held = self.phase == Phase::Flying && self.waits_for_plan(node);
+            let answered = self.phase == Phase::Flying && self.waits_for_wrench(node);
             match self.phase {
                 Phase::Unattended => self.await_company()?,
                 Phase::Uncommanded => self.await_command(node)?,
                 Phase::Flying if held => std::thread::sleep(WAIT),
+                Phase::Flying if answered => std::thread::sleep(ANSWER),
                 Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
                 Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
             }
@@ -233,6 +249,7 @@ impl Propagator {
         }
         self.link.check()?;
         self.take_controls();
+        self.take_wrenches()?;
         self.look_for_the_end(node)?;
         while self.stepping.is_none()
             && let Some(order) = self.orders.next()
@@ -288,6 +305,79 @@ impl Propagator {
             self.late_controls += u64::from(matches!(verdict, Err(ControlError::Late { .. })));
             self.link.answer(verdict);
         }
+    }
+
+    /// Flies the last wrench on each body that has come in.
+    fn take_wrenches(&mut self) -> Result<(), NodeError> {
+        let Some(terms) = self.config.terms else {
+            return Ok(());
+        };
+        let step = self.flight.step();
+        let mut any = false;
+        while let Some(wrench) = self.link.next_wrench() {
+            let cycle = self.cycle.as_ref();
+            if cycle.is_none_or(|cycle| cycle.admits(&self.scene, step, &wrench)) {
+                let body = wrench.body;
+                self.wrenches[body] = Some(wrench);
+                any = true;
+            }
+        }
+        if !any {
+            return Ok(());
+        }
+        for body in 0..self.wrenches.len() {
+            let Some(wrench) = self.wrenches[body].take() else {
+                continue;
+            };
+            let state = &self.flight.states()[body];
+            let first_step = terms.first_step(step);
+            let sequence = wrench
+                .sequence(&self.scene, &terms, first_step, state)
+                .map_err(NodeError::runtime)?;
+            // As the repetition reads it.
+            let controls =
+                Controls::of_message(&self.scene, &sequence).map_err(NodeError::runtime)?;
+            let end = controls.end();
+            // One that would begin after the end of the flight is of no use.
+            if self.flight.admit(controls).is_ok() {
+                self.accepted += 1;
+                self.acting.retain(|(other, _)| *other != body);
+                self.acting.push((body, end));
+                self.link.flies(sequence);
+            }
+            if let Some(cycle) = &mut self.cycle {
+                cycle.note(step, body);
+            }
+        }
+        Ok(())
+    }
+
+    /// Says where the last wrench on a body is over.
+    fn note_silence(&mut self) {
+        let (step, bodies) = (self.flight.step(), &self.scene.bodies);
+        self.acting.retain(|(body, end)| {
+            if step >= *end {
+                let name = &bodies[*body].name;
+                warn!("no new wrench on {name}: none acts from step {step} on");
+            }
+            step < *end
+        });
+    }
+
+    /// Whether it holds until a controller has answered the present state.
+    fn waits_for_wrench(&mut self, node: &Node) -> bool {
+        let step = self.flight.step();
+        if step == self.scene.steps {
+            return false;
+        }
+        let Some(cycle) = &mut self.cycle else {
+            return false;
+        };
+        let waited = cycle.waits(&self.scene, step);
+        if waited {
+            self.set_pace(node);
+        }
+        waited
     }
 
     /// Whether it holds until a plan made on the way has come; what is missed meanwhile is not made up for.
@@ -348,6 +438,7 @@ impl Propagator {
         }
         self.monitor.step.store(step + 1, Ordering::Relaxed);
         self.note_docked();
+        self.note_silence();
         self.resolution.note(&self.scene, &self.flight);
         let overruns = self.pace.overruns;
         self.monitor.overruns.store(overruns, Ordering::Relaxed);
@@ -369,12 +460,19 @@ impl Propagator {
     /// Publishes the present state where its turn has come, or in any case.
     pub(crate) fn publish(&mut self, wait: Wait) -> Result<(), NodeError> {
         let step = self.flight.step();
-        let always = step == self.scene.steps || wait == Wait::Always;
+        let answered = self
+            .cycle
+            .as_ref()
+            .is_some_and(|cycle| cycle.begins_at(step));
+        let always = step == self.scene.steps || wait == Wait::Always || answered;
         if always || step.is_multiple_of(self.rates.state_every) {
             self.sample()?;
         }
         if always || step.is_multiple_of(self.rates.ros_every) {
-            self.hand_over(wait);
+            self.hand_over(if answered { Wait::Always } else { wait });
+        }
+        if answered {
+            self.link.wake();
         }
         Ok(())
     }
@@ -419,6 +517,11 @@ impl Propagator {
         if let Some(lockstep) = &mut self.lockstep {
             lockstep.begin_anew();
         }
+        if let Some(cycle) = &mut self.cycle {
+            cycle.begin_anew();
+        }
+        self.wrenches.fill(None);
+        self.acting.clear();
         self.cost = 0.0;
         self.late_controls = 0;
         self.docked.clear();

@@ -2,7 +2,7 @@
 //! them is not in it.
 
 use lgvi_dynamics::Load;
-use lgvi_propagator::Controls;
+use lgvi_propagator::{Controls, ForceAxes};
 use nalgebra::Matrix3;
 
 /// What acted on one body: sequences one after the other, zero before, between and after them.
@@ -13,14 +13,29 @@ pub(crate) struct Track {
 }
 
 impl Track {
-    /// Takes the next accepted sequence: it acts from its first step on, in place of any before it.
-    pub(crate) fn accept(&mut self, controls: Controls) {
+    /// Takes the next accepted sequence: it acts from its first step on, up to step `end` at most, in place of any before
+    /// it. `attitude` is that of the body at a step.
+    pub(crate) fn accept(
+        &mut self,
+        controls: &Controls,
+        end: u64,
+        attitude: impl Fn(u64) -> Matrix3<f64>,
+    ) {
         let start = controls.first_step;
+        let loads = (start..controls.end().min(end))
+            .map_while(|step| Some((step, controls.during(step)?)))
+            .map(|(step, load)| match controls.axes {
+                ForceAxes::Inertial => load,
+                ForceAxes::Body => Load {
+                    force: attitude(step) * load.force,
+                    ..load
+                },
+            });
         self.sequences.retain(|(first, _)| *first < start);
         if let Some((first, loads)) = self.sequences.last_mut() {
             loads.truncate(usize::try_from(start - *first).unwrap_or(usize::MAX));
         }
-        self.sequences.push((start, controls.loads));
+        self.sequences.push((start, loads.collect()));
     }
 
     /// With forces in axes of these rotations to the inertial frame, by step.
@@ -83,17 +98,38 @@ mod tests {
         Controls {
             body: 0,
             first_step,
+            hold: 1,
+            axes: ForceAxes::Inertial,
             loads: vec![load; count],
             law: None,
         }
     }
 
+    /// A quarter turn about z at every step.
+    fn accept(track: &mut Track, controls: Controls) {
+        let turned = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
+        track.accept(&controls, 100, |_| turned);
+    }
+
+    #[test]
+    fn forces_held_in_the_axes_of_the_body_are_drawn_in_the_inertial_frame() {
+        let mut track = Track::default();
+        let held = Controls {
+            hold: 2,
+            axes: ForceAxes::Body,
+            ..controls(1, 1.0, 1)
+        };
+        accept(&mut track, held);
+        let forces: Vec<_> = (0..4).map(|step| track.at(step).force.y).collect();
+        assert_eq!(forces, [0.0, 1.0, 1.0, 0.0]);
+    }
+
     #[test]
     fn a_later_sequence_takes_over_and_is_followed_by_nothing() {
         let mut track = Track::default();
-        track.accept(controls(1, 1.0, 9));
-        track.accept(controls(8, 8.0, 9));
-        track.accept(controls(3, 3.0, 2));
+        accept(&mut track, controls(1, 1.0, 9));
+        accept(&mut track, controls(8, 8.0, 9));
+        accept(&mut track, controls(3, 3.0, 2));
         let forces: Vec<_> = (0..8).map(|step| track.at(step).force.x).collect();
         assert_eq!(forces, [0.0, 1.0, 1.0, 3.0, 3.0, 0.0, 0.0, 0.0]);
 

@@ -73,15 +73,9 @@ impl FlightData {
     pub(crate) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
         let bag = FlightBag::open(path, flight)?;
         let scene = bag.scene.clone();
-        let mut tracks = vec![Track::default(); scene.bodies.len()];
         let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
         let courses = bag.courses()?;
         let course = courses.last().ok_or_else(|| refuse("no states".into()))?;
-        for controls in bag.check(course.controls) {
-            let controls = controls?;
-            tracks[controls.body].accept(controls);
-        }
-
         let system = scene.system();
         let mut samples = Thinned::new(SAMPLES);
         let (mut recorded, mut reached) = (0, None);
@@ -105,6 +99,15 @@ impl FlightData {
         let samples = samples.finish();
         if samples.is_empty() {
             return Err(refuse("no states, expected at least one".into()));
+        }
+        let mut tracks = vec![Track::default(); scene.bodies.len()];
+        for controls in bag.check(course.controls) {
+            let controls = controls?;
+            let attitude = |step| {
+                let next = samples.partition_point(|sample| sample.step < step);
+                samples[next.min(samples.len() - 1)].bodies[controls.body].attitude
+            };
+            tracks[controls.body].accept(&controls, scene.steps, attitude);
         }
         Ok(Self {
             scene,
@@ -262,12 +265,15 @@ impl FlightData {
         let mut loads = vec![lgvi_dynamics::Load::default(); scene.bodies.len()];
         if let Some((body, load)) = pushed {
             loads[body] = load;
-            tracks[body].accept(lgvi_propagator::Controls {
+            let controls = lgvi_propagator::Controls {
                 body,
                 first_step: 0,
-                loads: vec![load; steps as usize],
+                hold: steps,
+                axes: lgvi_propagator::ForceAxes::Inertial,
+                loads: vec![load],
                 law: None,
-            });
+            };
+            tracks[body].accept(&controls, steps, |_| Matrix3::identity());
         }
         let mut samples = Vec::new();
         for step in 0..=steps {

@@ -17,7 +17,7 @@ use super::process::{Heard, NodeProcess, Update, death};
 use super::progress::Progress;
 use super::recording::{recorder, topics};
 use crate::NodeKind;
-use crate::parameters::{path, ros_arguments, text};
+use crate::parameters::{list, path, ros_arguments, text};
 
 /// How often the shutdown is looked for.
 const WAIT: Duration = Duration::from_millis(50);
@@ -80,6 +80,10 @@ pub(crate) fn fly(
         ]);
         if let Some(chosen) = text("chosen", chosen) {
             propagator.extend(["-p".into(), chosen]);
+        }
+        if let Some(bodies) = list("await_wrench", &options.await_wrench) {
+            let period = format!("control_period:={:?}", options.control_period);
+            propagator.extend(["-p".into(), bodies, "-p".into(), period]);
         }
         let lockstep = planned && factor == 0.0 && replans(scene);
         let lockstep = format!("lockstep:={lockstep}");

@@ -42,6 +42,13 @@ pub(crate) struct Options {
     /// Do not start the planner; a maneuver waits for a control sequence from another node.
     #[arg(long)]
     no_planner: bool,
+    /// Fly in lockstep with a controller: wait at the beginning of each control period for its wrench on this body; can be
+    /// repeated.
+    #[arg(long, value_name = "BODY")]
+    await_wrench: Vec<String>,
+    /// Control period with --await-wrench, a whole number of steps.
+    #[arg(long, value_name = "SECONDS", value_parser = values::rate, requires = "await_wrench", default_value_t = 0.02)]
+    control_period: f64,
     /// Do not draw the flight.
     #[arg(long)]
     no_plot: bool,

@@ -7,12 +7,13 @@ use lgvi_dynamics::BodyState;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Diagnosed, Diagnostics};
-use lgvi_msgs::msg::Intervention;
+use lgvi_msgs::msg::{ControlSequence, Intervention};
 use rtrb::{Consumer, Producer};
 
 use super::counted::{self, Counts};
 use super::{LinkError, Published, Request, Shared};
 use crate::messages::Snapshot;
+use crate::wrench::Wrench;
 use crate::{ControlError, Controls};
 
 /// How often waiting for the thread looks whether the node is to stop.
@@ -35,6 +36,8 @@ pub(crate) struct LinkEnd {
     pub(super) empty: Consumer<Snapshot>,
     pub(super) controls: Consumer<Arc<Controls>>,
     pub(super) verdicts: Producer<Result<u64, ControlError>>,
+    pub(super) wrenches: Consumer<Wrench>,
+    pub(super) flown: Producer<ControlSequence>,
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) counts: Vec<Arc<Counts>>,
     pub(super) lossless: Arc<AtomicBool>,
@@ -53,6 +56,25 @@ impl LinkEnd {
     pub(crate) fn answer(&mut self, verdict: Result<u64, ControlError>) {
         // There is a place for each sequence that is pending.
         let _ = self.verdicts.push(verdict);
+    }
+
+    /// Takes the next wrench that has come in, if what it becomes can be published.
+    pub(crate) fn next_wrench(&mut self) -> Option<Wrench> {
+        if self.flown.is_full() {
+            return None;
+        }
+        self.wrenches.pop().ok()
+    }
+
+    /// Has a sequence published that a wrench has become.
+    pub(crate) fn flies(&mut self, sequence: ControlSequence) {
+        // There is a place: see `next_wrench`.
+        let _ = self.flown.push(sequence);
+    }
+
+    /// Has the thread look for what was handed over, for somebody waits for an answer.
+    pub(crate) fn wake(&self) {
+        self.thread.thread().unpark();
     }
 
     /// Whether the flight can go on.
@@ -159,6 +181,8 @@ mod tests {
         let (mut other_empty, empty) = RingBuffer::new(1);
         let (other_controls, controls) = RingBuffer::new(1);
         let (verdicts, other_verdicts) = RingBuffer::new(1);
+        let (other_wrenches, wrenches) = RingBuffer::new(1);
+        let (flown, other_flown) = RingBuffer::new(1);
         let (requests, other_requests) = mpsc::channel();
         let snapshot = Snapshot {
             step: 0,
@@ -173,6 +197,8 @@ mod tests {
                 other_empty,
                 other_controls,
                 other_verdicts,
+                other_wrenches,
+                other_flown,
                 other_requests,
             );
             panic!("as a fault of the ROS side does");
@@ -185,6 +211,8 @@ mod tests {
             empty,
             controls,
             verdicts,
+            wrenches,
+            flown,
             requests,
             counts: Vec::new(),
             lossless: Arc::new(AtomicBool::new(true)),

@@ -11,6 +11,7 @@ mod sequences;
 mod service;
 mod settling;
 mod topics;
+mod wrenches;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::AtomicBool;
@@ -28,6 +29,7 @@ use thiserror::Error;
 use self::sequences::Sequences;
 use self::service::Link;
 use self::topics::Topics;
+use self::wrenches::Wrenches;
 use crate::ControlError;
 use crate::config::{Config, Rates};
 use crate::messages::Snapshot;
@@ -40,6 +42,9 @@ const SNAPSHOTS: usize = 256;
 
 /// Control sequences on their way to the loop.
 const SEQUENCES: usize = 8;
+
+/// Wrenches on their way to the loop, and back as sequences that are flown.
+const WRENCHES: usize = 256;
 
 /// Messages published, by topic.
 pub(crate) type Published = BTreeMap<String, u64>;
@@ -107,6 +112,8 @@ pub(crate) fn start(
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
     let (controls_in, controls_out) = RingBuffer::new(SEQUENCES);
     let (verdicts_in, verdicts_out) = RingBuffer::new(SEQUENCES);
+    let (wrenches_in, wrenches_out) = RingBuffer::new(WRENCHES);
+    let (held_in, held_out) = RingBuffer::new(WRENCHES);
     for _ in 0..SNAPSHOTS {
         let states = scene.bodies.iter().map(|body| body.state).collect();
         let _ = empty_in.push(Snapshot { step: 0, states });
@@ -120,6 +127,8 @@ pub(crate) fn start(
         topics,
         monitor: Arc::clone(monitor),
         sequences: Sequences::new(&node.ros, shm, "~/control_sequence")?,
+        wrenches: Wrenches::new(&node.ros, scene, &config.wrenches, wrenches_in)?,
+        flown: held_out,
         filled: filled_out,
         empty: empty_in,
         controls: controls_in,
@@ -145,6 +154,8 @@ pub(crate) fn start(
         empty: empty_out,
         controls: controls_out,
         verdicts: verdicts_in,
+        wrenches: wrenches_out,
+        flown: held_in,
         requests: requests_in,
         counts,
         lossless,

@@ -20,6 +20,7 @@ use super::late::Late;
 use super::sequences::Sequences;
 use super::settling::Settling;
 use super::topics::Topics;
+use super::wrenches::Wrenches;
 use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
 use crate::messages::{self, Snapshot};
 use crate::monitor::Monitor;
@@ -45,6 +46,9 @@ pub(super) struct Link {
     pub(super) empty: Producer<Snapshot>,
     pub(super) controls: Producer<Arc<Controls>>,
     pub(super) verdicts: Consumer<Result<u64, ControlError>>,
+    pub(super) wrenches: Wrenches,
+    /// Sequences that the loop has made of wrenches and flies.
+    pub(super) flown: Consumer<ControlSequence>,
     pub(super) requests: mpsc::Receiver<Request>,
     /// What the loop holds. Kept until it has let go, so that the memory is given back here and not by the loop.
     pub(super) held: Vec<Arc<Controls>>,
@@ -100,7 +104,8 @@ impl Link {
                 request => request.ok(),
             };
             self.answer_pending();
-            let received = self.receive_controls(&mut context);
+            let received = self.receive_controls(&mut context)
+                | self.wrenches.receive(&self.scene, &mut context);
             self.held.retain(|controls| Arc::strong_count(controls) > 1);
             let mut idle = request.is_none() && !received;
             // All that was there before the request, and not for ever.
@@ -263,6 +268,9 @@ impl Link {
 
     /// Publishes the sequences that the loop has accepted: they are what is flown.
     fn answer_pending(&mut self) {
+        while let Ok(message) = self.flown.pop() {
+            self.topics.flown.send(&message);
+        }
         while let Ok(verdict) = self.verdicts.pop() {
             let Some(message) = self.pending.pop_front() else {
                 return;

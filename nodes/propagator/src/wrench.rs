@@ -1,0 +1,207 @@
+//! Wrenches from outside: what acts on a body until another one comes or its time is over.
+
+use lgvi_common::control_sequence;
+use lgvi_dynamics::{BodyState, Load};
+use lgvi_middleware::Parameters;
+use lgvi_middleware::node::NodeError;
+use lgvi_msgs::excerpt;
+use lgvi_msgs::geometry_msgs::{Vector3 as Components, WrenchStamped};
+use lgvi_msgs::msg::ControlSequence;
+use lgvi_msgs::stamp::{self, StampError};
+use lgvi_scene::Scene;
+use nalgebra::{Matrix3, Vector3};
+use thiserror::Error;
+
+use crate::ForceAxes;
+
+/// How received wrenches act.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Terms {
+    /// Steps after which a wrench is over, ≥ 1.
+    pub(crate) hold: u64,
+    /// Steps after which it begins.
+    delay: u64,
+    /// Greatest force (N) and moment (N m).
+    limits: [f64; 2],
+}
+
+/// A wrench on a body, in the scene's units.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Wrench {
+    pub(crate) body: usize,
+    /// The time in its header (ns).
+    pub(crate) stamp: i64,
+    /// Axes of force and moment. The force acts at the center of mass.
+    axes: ForceAxes,
+    load: Load,
+}
+
+/// Why a wrench is not flown.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub(crate) enum WrenchError {
+    /// Bytes that are no message.
+    #[error("{0}")]
+    Undecodable(String),
+    /// A time that is none.
+    #[error("`header.stamp`: {0}")]
+    Stamp(#[from] StampError),
+    /// Axes in which it cannot be understood.
+    #[error("`header.frame_id` is {found:?}, expected one of {}", known.join(", "))]
+    Frame {
+        /// The frame of the wrench.
+        found: String,
+        /// Those of the body and the inertial one.
+        known: Vec<String>,
+    },
+    /// NaN, infinity, or a number that is infinite in the scene's units.
+    #[error("`wrench.{field}` is {value:?}, expected three finite numbers")]
+    NotFinite {
+        /// `force` or `torque`.
+        field: &'static str,
+        /// What it says.
+        value: [f64; 3],
+    },
+}
+
+impl Terms {
+    /// Those of the node's parameters; `None` where wrenches are not taken.
+    pub(crate) fn read(parameters: &Parameters, scene: &Scene) -> Result<Option<Self>, NodeError> {
+        let number = |name: &str| parameters.get::<f64>(name);
+        let steps = |seconds: f64| (seconds / scene.seconds(1)).round() as u64;
+        let timeout = number("wrench_timeout")?;
+        Ok((timeout > 0.0).then_some(Self {
+            hold: steps(timeout).max(1),
+            delay: steps(number("wrench_delay")?),
+            limits: [number("wrench_max_force")?, number("wrench_max_moment")?],
+        }))
+    }
+
+    /// The step from which on a wrench acts that is taken at `step`.
+    pub(crate) fn first_step(&self, step: u64) -> u64 {
+        step.saturating_add(self.delay)
+    }
+}
+
+impl Wrench {
+    /// Checks a received message for a body of the scene. One without a frame is taken to be in the body's.
+    pub(crate) fn of_message(
+        scene: &Scene,
+        body: usize,
+        message: &WrenchStamped,
+    ) -> Result<Self, WrenchError> {
+        let stamp = stamp::from_message(&message.header.stamp)?;
+        let load = scene.units.load_from_si(&Load {
+            force: finite("force", &message.wrench.force)?,
+            moment: finite("torque", &message.wrench.torque)?,
+        });
+        let frame = &message.header.frame_id;
+        let (axes, load) = if *frame == scene.frame {
+            (ForceAxes::Inertial, load)
+        } else {
+            let mount = mount(scene, body, frame).ok_or_else(|| WrenchError::Frame {
+                found: excerpt(frame),
+                known: frames(scene, body),
+            })?;
+            (ForceAxes::Body, mount.load(&load))
+        };
+        Ok(Self {
+            body,
+            stamp,
+            axes,
+            load,
+        })
+    }
+
+    /// The control sequence that it is from `first_step` on, for a body that is in `state` when it is taken. Forces in the
+    /// inertial frame stay so; a moment given there stays in the axes that the body has now.
+    ///
+    /// # Errors
+    /// A stamp that ROS time cannot hold.
+    pub(crate) fn sequence(
+        &self,
+        scene: &Scene,
+        terms: &Terms,
+        first_step: u64,
+        state: &BodyState,
+    ) -> Result<ControlSequence, StampError> {
+        let mut load = self.load;
+        if self.axes == ForceAxes::Inertial {
+            load.moment = state.attitude.tr_mul(&load.moment);
+        }
+        let [force, moment] = terms.limits;
+        let units = &scene.units;
+        load.force = within(force / units.force(), load.force);
+        load.moment = within(moment / units.energy(), load.moment);
+        let mut sequence = control_sequence(scene, self.body, first_step, &[load], None)?;
+        sequence.step_size *= terms.hold as f64;
+        if self.axes == ForceAxes::Body {
+            sequence
+                .header
+                .frame_id
+                .clone_from(&scene.bodies[self.body].frame);
+        }
+        Ok(sequence)
+    }
+}
+
+fn within(limit: f64, vector: Vector3<f64>) -> Vector3<f64> {
+    let size = vector.norm();
+    if size > limit {
+        vector * (limit / size)
+    } else {
+        vector
+    }
+}
+
+fn finite(field: &'static str, vector: &Components) -> Result<Vector3<f64>, WrenchError> {
+    let value = [vector.x, vector.y, vector.z];
+    if value.iter().all(|component| component.is_finite()) {
+        Ok(value.into())
+    } else {
+        Err(WrenchError::NotFinite { field, value })
+    }
+}
+
+/// Where a frame is fixed in a body, in its axes.
+struct Mount {
+    position: Vector3<f64>,
+    attitude: Matrix3<f64>,
+}
+
+impl Mount {
+    /// A load that acts at the origin of the frame, at the center of mass.
+    fn load(&self, load: &Load) -> Load {
+        let force = self.attitude * load.force;
+        Load {
+            force,
+            moment: self.attitude * load.moment + self.position.cross(&force),
+        }
+    }
+}
+
+/// Where the frame is fixed in the body; `None` where it is elsewhere.
+fn mount(scene: &Scene, body: usize, frame: &str) -> Option<Mount> {
+    let own = &scene.bodies[body].frame;
+    let mut mount = Mount {
+        position: Vector3::zeros(),
+        attitude: Matrix3::identity(),
+    };
+    let mut name = frame;
+    // Parents come before their children.
+    for frame in scene.frames.iter().rev() {
+        if frame.name == name && frame.name != scene.frame {
+            mount.position = frame.position + frame.attitude * mount.position;
+            mount.attitude = frame.attitude * mount.attitude;
+            name = &frame.parent;
+        }
+    }
+    (name.is_empty() || name == own).then_some(mount)
+}
+
+/// The frames in which a wrench on the body may be given.
+fn frames(scene: &Scene, body: usize) -> Vec<String> {
+    let own = [scene.bodies[body].frame.clone(), scene.frame.clone()];
+    let others = scene.frames.iter().map(|frame| frame.name.clone());
+    let mounted = others.filter(|frame| mount(scene, body, frame).is_some());
+    own.into_iter().chain(mounted).collect()
+}

@@ -1,0 +1,235 @@
+//! Wrenches from a controller outside: in lockstep, held, over, and their record repeated.
+
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
+
+use lgvi_middleware::ros::Qos;
+use lgvi_msgs::geometry_msgs::{Vector3, Wrench, WrenchStamped};
+use lgvi_msgs::msg::{ControlSequence, SystemState};
+use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_tests::{Operator, PATIENCE, Process, Recording, World, edited, eventually};
+
+const STATE: &str = "/lgvi_propagator/state";
+const FLOWN: &str = "/lgvi_propagator/flown_control";
+
+/// Steps of the flights, of 0.01 s.
+const STEPS: u64 = 500;
+
+/// `scenes/free_body.toml` with fewer steps, and a thruster.
+fn free_body(world: &World) -> PathBuf {
+    let thruster = "[publish]\n";
+    let with = "[[frames]]\nname = \"thruster\"\nparent = \"body\"\nposition = [0.0, 0.5, 0.0]\n\n[publish]\n";
+    let changes = [
+        ("duration = 100.0", "duration = 5.0"),
+        ("steps = 10000", "steps = 500"),
+        (thruster, with),
+    ];
+    edited(world, "free_body", &changes)
+}
+
+/// A propagator that is recorded.
+struct Flight {
+    propagator: Process,
+    recorder: Process,
+    operator: Operator,
+    bag: PathBuf,
+}
+
+impl Flight {
+    /// Configured, but not active.
+    fn prepare(world: &World, bag: &str, parameters: &[&str]) -> Self {
+        let bag = world.path(bag);
+        let output = format!("output:={}", bag.display());
+        let topics = format!(
+            "topics:=['/lgvi_propagator/scene=lgvi_msgs/msg/Scene', '{FLOWN}=lgvi_msgs/msg/ControlSequence', \
+             '/lgvi_propagator/intervention=lgvi_msgs/msg/Intervention']"
+        );
+        let recorder = world.node("recorder", &[&output, &topics, "log_time:=stamp"]);
+        recorder.await_ready();
+        let scene = format!("scene:={}", free_body(world).display());
+        let mut all = vec!["autostart:=false", &*scene];
+        all.extend(parameters);
+        let propagator = world.node("propagator", &all);
+        let operator = world.operator("lgvi_propagator");
+        operator.lead(&["configure"]);
+        Self {
+            propagator,
+            recorder,
+            operator,
+            bag,
+        }
+    }
+
+    /// Ends it; its bag and what the propagator has said.
+    fn end(self) -> (PathBuf, String) {
+        let stderr = self.propagator.stop().expect(0).stderr;
+        self.recorder.stop().expect(0);
+        (self.bag, stderr)
+    }
+}
+
+fn vector([x, y, z]: [f64; 3]) -> Vector3 {
+    Vector3 { x, y, z }
+}
+
+/// The last recorded state.
+fn last(bag: &Path) -> SystemState {
+    let states = Recording::read(bag).messages::<SystemState>(STATE);
+    states.into_iter().max_by_key(|state| state.step).unwrap()
+}
+
+/// Flies with a controller that slows the rotation and pushes with a thruster, and takes its time to answer.
+fn fly_in_lockstep(world: &World, bag: &str, thinks: Duration) -> PathBuf {
+    let parameters = [
+        "real_time_factor:=0.0",
+        "await_wrench:=[body]",
+        "control_period:=0.1",
+        "wrench_timeout:=0.1",
+    ];
+    let flight = Flight::prepare(world, bag, &parameters);
+    let ros = flight.operator.ros();
+    let odometry = ros
+        .subscription::<Odometry>("/lgvi_propagator/odometry/body", &Qos::reliable(1000))
+        .unwrap();
+    let wrench = ros
+        .publisher::<WrenchStamped>("/lgvi_propagator/wrench/body", &Qos::reliable(10))
+        .unwrap();
+    eventually("the propagator's topics", || {
+        (odometry.matched_publishers() > 0 && wrench.matched_subscriptions() > 0).then_some(())
+    });
+    flight.operator.lead(&["activate"]);
+    let mut answered = 0;
+    while answered < STEPS / 10 {
+        let message = odometry.recv_timeout(PATIENCE).unwrap();
+        let Odometry {
+            header,
+            child_frame_id,
+            twist,
+            ..
+        } = message.expect("odometry").message;
+        sleep(thinks);
+        let rate = twist.twist.angular;
+        let mut command = WrenchStamped {
+            header,
+            wrench: Wrench {
+                force: vector([0.0, 0.0, 0.0]),
+                torque: vector([-rate.x, -2.0 * rate.y, -3.0 * rate.z]),
+            },
+        };
+        command.header.frame_id = child_frame_id;
+        if answered >= 25 {
+            // Off the center: it turns the body, too.
+            command.header.frame_id = "thruster".into();
+            command.wrench = Wrench {
+                force: vector([0.1, 0.0, 0.0]),
+                torque: Vector3::default(),
+            };
+        }
+        wrench.publish(&command).unwrap();
+        answered += 1;
+    }
+    flight.propagator.await_flown();
+    flight.end().0
+}
+
+#[test]
+fn in_lockstep_a_slow_controller_flies_the_same_bits_as_a_fast_one() {
+    let world = World::new();
+    let fast = fly_in_lockstep(&world, "fast", Duration::ZERO);
+    let slow = fly_in_lockstep(&world, "slow", Duration::from_millis(20));
+    let read = |bag: &Path| {
+        let recording = Recording::read(bag);
+        let mut states = recording.messages::<SystemState>(STATE);
+        states.sort_by_key(|state| state.step);
+        let states: Vec<_> = states.into_iter().map(|state| state.bodies).collect();
+        (states, recording.messages::<ControlSequence>(FLOWN))
+    };
+    let (states, flown) = read(&fast);
+    assert_eq!(flown.len() as u64, STEPS / 10);
+    assert_eq!(states.len() as u64, STEPS + 1);
+    for (number, sequence) in flown.iter().enumerate() {
+        assert_eq!(sequence.first_step, 10 * number as u64);
+        assert!((sequence.step_size - 0.1).abs() < 1e-12);
+        assert_eq!(sequence.header.frame_id, "body");
+    }
+    // The force of the thruster has a lever of 0.5 m.
+    assert_eq!(flown[30].moment[0], vector([0.0, 0.0, -0.05]));
+    assert!((states, flown) == read(&slow), "the flights differ");
+    for bag in [&fast, &slow] {
+        world.verify_agrees(bag, STEPS + 1);
+    }
+    let spin = last(&fast).bodies[0].angular_momentum;
+    assert!(
+        spin[2].abs() > 0.1,
+        "the thruster has not turned it: {spin:?}"
+    );
+}
+
+#[test]
+fn a_wrench_acts_for_its_time_and_one_that_is_wrong_does_not() {
+    let world = World::new();
+    let parameters = ["wrench_timeout:=0.2", "wrench_max_force:=2.0"];
+    let flight = Flight::prepare(&world, "bag", &parameters);
+    let wrench = flight
+        .operator
+        .ros()
+        .publisher::<WrenchStamped>("/lgvi_propagator/wrench/body", &Qos::reliable(10))
+        .unwrap();
+    eventually("the propagator's subscription", || {
+        (wrench.matched_subscriptions() > 0).then_some(())
+    });
+    flight.operator.lead(&["activate"]);
+    let mut message = WrenchStamped::default();
+    message.header.frame_id = "inertial".into();
+    message.wrench.force = vector([0.0, 10.0, 0.0]);
+    wrench.publish(&message).unwrap();
+    flight.propagator.await_stderr("no new wrench on body");
+    message.header.frame_id = "moon".into();
+    wrench.publish(&message).unwrap();
+    flight.propagator.await_stderr(
+        "wrench on body refused: `header.frame_id` is \"moon\", expected one of body, inertial, thruster",
+    );
+    sleep(Duration::from_millis(1100));
+    message.header.frame_id.clear();
+    message.wrench.force.y = f64::NAN;
+    wrench.publish(&message).unwrap();
+    flight
+        .propagator
+        .await_stderr("`wrench.force` is [0.0, NaN, 0.0], expected three finite numbers");
+    flight.propagator.await_flown();
+    let (bag, stderr) = flight.end();
+    assert_eq!(stderr.matches("no new wrench").count(), 1, "{stderr}");
+    world.verify_agrees(&bag, STEPS + 1);
+    // 2 N of the 10 N that were asked for, for 0.2 s.
+    let [x, y, z] = last(&bag).bodies[0].linear_momentum;
+    assert!((y - 0.4).abs() < 1e-12 && x == 0.0 && z == 0.0, "{y}");
+    assert_eq!(
+        Recording::read(&bag)
+            .messages::<ControlSequence>(FLOWN)
+            .len(),
+        1
+    );
+}
+
+#[test]
+fn parameters_of_a_cycle_that_cannot_be_are_refused() {
+    let world = World::new();
+    let scene = format!("scene:={}", free_body(&world).display());
+    for (parameter, says) in [
+        (
+            "await_wrench:=[moon]",
+            "contains \"moon\", expected bodies on which wrenches are taken: body",
+        ),
+        (
+            "control_period:=0.015",
+            "expected a whole number of the scene's steps of 0.01 s",
+        ),
+    ] {
+        let waits = "await_wrench:=[body]";
+        let finished = world
+            .node("propagator", &[&scene, waits, parameter])
+            .finish();
+        finished.expect(2).says(&[says]);
+    }
+}

@@ -1,9 +1,11 @@
 use core::f64::consts::PI;
+use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::Polyhedron;
-use super::dyads::{self, EdgeDyad, FaceDyad};
+use super::frame::Frame;
+use super::mesh::{self, Cluster};
+use super::{Polyhedron, closed, slopes};
 use crate::gravity::{Attractor, Monopole};
 
 /// Gravity of a homogeneous polyhedron in closed form, outside and inside (R. A. Werner & D. J. Scheeres, *Exterior
@@ -28,8 +30,9 @@ use crate::gravity::{Attractor, Monopole};
 pub struct PolyhedronField {
     /// `Gσ`
     strength: f64,
-    edges: Vec<EdgeDyad>,
-    faces: Vec<FaceDyad>,
+    frame: Frame,
+    clusters: Arc<[Cluster]>,
+    faces: usize,
     radius: f64,
     monopole: Monopole,
 }
@@ -37,11 +40,12 @@ pub struct PolyhedronField {
 impl PolyhedronField {
     /// Creates the gravity of `polyhedron`, in its own frame, with gravitational constant `G`.
     pub fn new(polyhedron: &Polyhedron, constant: f64) -> Self {
-        let (edges, faces) = dyads::of(polyhedron);
+        let frame = Frame::of(polyhedron);
         Self {
             strength: constant * polyhedron.density(),
-            edges,
-            faces,
+            frame,
+            clusters: mesh::clusters(polyhedron, &frame).into(),
+            faces: polyhedron.faces.len(),
             radius: polyhedron.bounding_radius(),
             monopole: Monopole {
                 gm: constant * polyhedron.mass(),
@@ -71,73 +75,35 @@ impl PolyhedronField {
         if d.norm_squared() > self.radius * self.radius {
             return false;
         }
-        let angle = |face: &FaceDyad| face.height_and_angle(d).1;
-        self.faces.iter().map(angle).sum::<f64>() > 2.0 * PI
+        closed::half_solid_angle(&self.clusters, &self.frame.local(d)) > PI
     }
 }
 
-/// Cost of an edge and of a face, in multiples of a point mass.
-const EDGE: f64 = 1.3;
+/// Cost of a face and its edges, in multiples of a point mass.
 const FACE: f64 = 1.6;
 
 impl Attractor for PolyhedronField {
     fn cost(&self) -> f64 {
-        EDGE * self.edges.len() as f64 + FACE * self.faces.len() as f64
+        FACE * self.faces as f64
     }
 
     fn potential(&self, d: &Vector3<f64>) -> f64 {
-        let mut sum = 0.0;
-        for edge in &self.edges {
-            let sight = edge.seen_from(d);
-            let logarithm = edge.logarithm(&sight);
-            // Toward the edge, L grows logarithmically while E r decreases linearly, so the term vanishes.
-            if logarithm.is_finite() {
-                let r = &sight.r[0];
-                sum += logarithm * r.dot(&(edge.dyad * r));
-            }
-        }
-        for face in &self.faces {
-            let (height, angle) = face.height_and_angle(d);
-            sum -= angle * height * height;
-        }
-        -0.5 * self.strength * sum
+        let (d, unit) = (self.frame.local(d), self.frame.unit);
+        -self.strength * unit * unit * closed::potential(&self.clusters, &d)
     }
 
     fn acceleration(&self, d: &Vector3<f64>) -> Vector3<f64> {
-        let mut sum = Vector3::zeros();
-        for edge in &self.edges {
-            let sight = edge.seen_from(d);
-            let logarithm = edge.logarithm(&sight);
-            if logarithm.is_finite() {
-                sum -= edge.dyad * (logarithm * sight.r[0]);
-            }
-        }
-        for face in &self.faces {
-            let (height, angle) = face.height_and_angle(d);
-            sum += angle * height * face.normal;
-        }
-        self.strength * sum
+        let d = self.frame.local(d);
+        2.0 * self.strength * self.frame.unit * closed::acceleration(&self.clusters, &d)
     }
 
     fn gradient(&self, d: &Vector3<f64>) -> Matrix3<f64> {
-        let mut sum = Matrix3::zeros();
-        for edge in &self.edges {
-            sum += edge.logarithm(&edge.seen_from(d)) * edge.dyad;
-        }
-        for face in &self.faces {
-            let (_, angle) = face.height_and_angle(d);
-            sum -= angle * face.normal * face.normal.transpose();
-        }
-        self.strength * sum
+        2.0 * self.strength * closed::gradient(&self.clusters, &self.frame.local(d))
     }
 
     fn curvature(&self, d: &Vector3<f64>, b: &Vector3<f64>) -> Matrix3<f64> {
-        let mut sum = Matrix3::zeros();
-        for edge in &self.edges {
-            let [logarithm, angle] = edge.slopes(&edge.seen_from(d));
-            sum += edge.dyad * b * logarithm.transpose() - edge.jump * b * angle.transpose();
-        }
-        0.5 * self.strength * (sum + sum.transpose())
+        let sum = slopes::curvature(&self.clusters, &self.frame.local(d), b);
+        0.5 * self.strength / self.frame.unit * (sum + sum.transpose())
     }
 
     fn monopole(&self) -> Option<Monopole> {

@@ -5,6 +5,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::frame::Frame;
 use super::mesh::{self, Cluster};
+use super::series::Series;
 use super::{Polyhedron, closed, slopes};
 use crate::gravity::{Attractor, Monopole};
 
@@ -32,6 +33,7 @@ pub struct PolyhedronField {
     strength: f64,
     frame: Frame,
     clusters: Arc<[Cluster]>,
+    series: Arc<Series>,
     faces: usize,
     radius: f64,
     monopole: Monopole,
@@ -45,6 +47,7 @@ impl PolyhedronField {
             strength: constant * polyhedron.density(),
             frame,
             clusters: mesh::clusters(polyhedron, &frame).into(),
+            series: Arc::new(Series::new(polyhedron, &frame)),
             faces: polyhedron.faces.len(),
             radius: polyhedron.bounding_radius(),
             monopole: Monopole {
@@ -89,12 +92,18 @@ impl Attractor for PolyhedronField {
 
     fn potential(&self, d: &Vector3<f64>) -> f64 {
         let (d, unit) = (self.frame.local(d), self.frame.unit);
-        -self.strength * unit * unit * closed::potential(&self.clusters, &d)
+        match self.series.degree(&d) {
+            Some(degree) => self.monopole.gm / unit * self.series.potential(&d, degree),
+            None => -self.strength * unit * unit * closed::potential(&self.clusters, &d),
+        }
     }
 
     fn acceleration(&self, d: &Vector3<f64>) -> Vector3<f64> {
-        let d = self.frame.local(d);
-        2.0 * self.strength * self.frame.unit * closed::acceleration(&self.clusters, &d)
+        let (d, unit) = (self.frame.local(d), self.frame.unit);
+        match self.series.degree(&d) {
+            Some(degree) => self.monopole.gm / (unit * unit) * self.series.acceleration(&d, degree),
+            None => 2.0 * self.strength * unit * closed::acceleration(&self.clusters, &d),
+        }
     }
 
     fn gradient(&self, d: &Vector3<f64>) -> Matrix3<f64> {

@@ -133,7 +133,7 @@ impl Cluster {
 }
 
 /// The items in blocks.
-fn blocks<T, B: Default>(items: &[T], set: impl Fn(&mut B, usize, &T)) -> Vec<B> {
+pub(super) fn blocks<T, B: Default>(items: &[T], set: impl Fn(&mut B, usize, &T)) -> Vec<B> {
     let block = |chunk: &[T]| {
         let mut block = B::default();
         for (k, item) in chunk.iter().enumerate() {
@@ -149,7 +149,7 @@ pub(super) fn get(block: &Vector<Numbers>, k: usize) -> Vector3<f64> {
     Vector3::new(block.x[k], block.y[k], block.z[k])
 }
 
-fn put(block: &mut Vector<Numbers>, k: usize, v: &Vector3<f64>) {
+pub(super) fn put(block: &mut Vector<Numbers>, k: usize, v: &Vector3<f64>) {
     (block.x[k], block.y[k], block.z[k]) = (v.x, v.y, v.z);
 }
 

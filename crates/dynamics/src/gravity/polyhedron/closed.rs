@@ -13,8 +13,8 @@ use super::mesh::{
 use crate::lane::{Vector, vectorize_wide};
 
 /// `½ Σ_e L_e r·E_e r − ½ Σ_f ω_f r·F_f r`.
-pub(super) fn potential(clusters: &[Cluster], d: &Vector3<f64>) -> f64 {
-    vectorize_wide!(Level::new(), simd => {
+pub(super) fn potential(level: Level, clusters: &[Cluster], d: &Vector3<f64>) -> f64 {
+    vectorize_wide!(level, simd => {
         let mut sum = simd.splat_f64x8(0.0);
         for cluster in clusters {
             let sight = Sight::new(simd, cluster, d);
@@ -32,8 +32,8 @@ pub(super) fn potential(clusters: &[Cluster], d: &Vector3<f64>) -> f64 {
 }
 
 /// `−½ Σ_e L_e E_e r + ½ Σ_f ω_f F_f r`.
-pub(super) fn acceleration(clusters: &[Cluster], d: &Vector3<f64>) -> Vector3<f64> {
-    vectorize_wide!(Level::new(), simd => {
+pub(super) fn acceleration(level: Level, clusters: &[Cluster], d: &Vector3<f64>) -> Vector3<f64> {
+    vectorize_wide!(level, simd => {
         let mut sum = Vector::splat(simd, &Vector3::zeros());
         for cluster in clusters {
             let sight = Sight::new(simd, cluster, d);
@@ -51,8 +51,8 @@ pub(super) fn acceleration(clusters: &[Cluster], d: &Vector3<f64>) -> Vector3<f6
 }
 
 /// `½ Σ_e L_e E_e − ½ Σ_f ω_f F_f`.
-pub(super) fn gradient(clusters: &[Cluster], d: &Vector3<f64>) -> Matrix3<f64> {
-    let sums = vectorize_wide!(Level::new(), simd => {
+pub(super) fn gradient(level: Level, clusters: &[Cluster], d: &Vector3<f64>) -> Matrix3<f64> {
+    let sums = vectorize_wide!(level, simd => {
         let mut sums = [simd.splat_f64x8(0.0); 6];
         for cluster in clusters {
             let sight = Sight::new(simd, cluster, d);
@@ -81,8 +81,8 @@ pub(super) fn gradient(clusters: &[Cluster], d: &Vector3<f64>) -> Matrix3<f64> {
 }
 
 /// `½ Σ_f ω_f`: 2π inside the body and zero outside.
-pub(super) fn half_solid_angle(clusters: &[Cluster], d: &Vector3<f64>) -> f64 {
-    vectorize_wide!(Level::new(), simd => {
+pub(super) fn half_solid_angle(level: Level, clusters: &[Cluster], d: &Vector3<f64>) -> f64 {
+    vectorize_wide!(level, simd => {
         let mut sum = simd.splat_f64x8(0.0);
         for cluster in clusters {
             let sight = Sight::new(simd, cluster, d);

@@ -52,7 +52,12 @@ impl<T: Lane> Row<T> {
 /// ∫_e R_n dl`, with the distance `s_e` of an edge from the foot of the height. On an edge with direction t and nearest point
 /// q, `(n + 1) ∫ R_n dl = ∫ q·∇R_n dl + [t·ρ R_n]`. All derivatives are harmonics of degree n − 1, so the integrals follow
 /// from those of the degree before.
-pub(super) fn moments(polyhedron: &Polyhedron, frame: &Frame, degree: usize) -> Vec<Row<f64>> {
+pub(super) fn moments(
+    level: Level,
+    polyhedron: &Polyhedron,
+    frame: &Frame,
+    degree: usize,
+) -> Vec<Row<f64>> {
     let faces = polyhedron.faces.iter();
     let places = faces.map(|face| face.map(|corner| frame.local(&polyhedron.vertices[corner])));
     let places: Vec<_> = places.collect();
@@ -65,7 +70,7 @@ pub(super) fn moments(polyhedron: &Polyhedron, frame: &Frame, degree: usize) -> 
         }
     });
     let mut sums = vec![Row::zeros(degree, 0.0); degree + 1];
-    vectorize_wide!(Level::new(), simd => {
+    vectorize_wide!(level, simd => {
         for (corners, faces) in corners.iter().zip(places.chunks(WIDTH)) {
             let corners = corners.each_ref().map(
                 #[inline(always)]

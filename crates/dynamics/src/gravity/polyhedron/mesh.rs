@@ -120,7 +120,7 @@ fn share(faces: &[[usize; 3]], first: usize) -> (usize, BTreeMap<usize, u8>) {
         members.extend(face.iter().map(|&corner| (corner, 0)));
         last += 1;
     }
-    for (index, (_, place)) in (0..).zip(&mut members) {
+    for (index, (_, place)) in (0..=u8::MAX).zip(&mut members) {
         *place = index;
     }
     (last, members)

@@ -16,7 +16,7 @@ const TRUNCATION: f64 = 0.5 * f64::EPSILON;
 /// Limits of the highest degree. The intermediate results of twice the degree factorial must not overflow.
 const DEGREES: [usize; 2] = [8, 64];
 
-/// Cost of a series of degree n over that of a face: `(n + PREPARATION)²/PER_FACE`.
+/// Cost of a series of degree n, in multiples of that of a face: `(n + PREPARATION)²/PER_FACE`.
 const PER_FACE: f64 = 30.0;
 const PREPARATION: usize = 14;
 
@@ -35,12 +35,12 @@ pub(super) struct Series {
 }
 
 impl Series {
-    pub(super) fn new(polyhedron: &Polyhedron, frame: &Frame) -> Self {
+    pub(super) fn new(level: Level, polyhedron: &Polyhedron, frame: &Frame) -> Self {
         let faces = polyhedron.faces.len() as f64;
         let affordable = libm::sqrt(PER_FACE * faces) as usize;
         let [least, most] = DEGREES;
         let degree = affordable.saturating_sub(PREPARATION).clamp(least, most);
-        let moments = harmonics::moments(polyhedron, frame, degree + 1);
+        let moments = harmonics::moments(level, polyhedron, frame, degree + 1);
         let slopes = [0, 1, 2].map(|axis| {
             let of_degree = |row: &Row<f64>| harmonics::derivative(row, axis);
             let first = moments[0].clone();
@@ -52,10 +52,16 @@ impl Series {
             std::iter::once(zero).chain(others).collect::<Vec<_>>()
         });
         Self {
-            limits: limits(polyhedron, frame, degree),
+            limits: limits(polyhedron, frame, degree, TRUNCATION),
             potential: Sum::new([&moments[..=degree]]),
             acceleration: Sum::new(slopes.each_ref().map(Vec::as_slice)),
         }
+    }
+
+    /// Cost of its highest degree, in multiples of that of a face.
+    pub(super) fn cost(&self) -> f64 {
+        let terms = (self.limits.len() + PREPARATION) as f64;
+        terms * terms / PER_FACE
     }
 
     /// The lowest degree that suffices at this place, if there is one.
@@ -65,21 +71,32 @@ impl Series {
         (degree < self.limits.len()).then_some(degree)
     }
 
-    pub(super) fn potential(&self, d: &Vector3<f64>, degree: usize) -> f64 {
-        let [sum] = self.potential.at(d, degree);
+    pub(super) fn potential(&self, level: Level, d: &Vector3<f64>, degree: usize) -> f64 {
+        let [sum] = self.potential.at(level, d, degree);
         -sum
     }
 
-    pub(super) fn acceleration(&self, d: &Vector3<f64>, degree: usize) -> Vector3<f64> {
-        -Vector3::from(self.acceleration.at(d, degree + 1))
+    pub(super) fn acceleration(
+        &self,
+        level: Level,
+        d: &Vector3<f64>,
+        degree: usize,
+    ) -> Vector3<f64> {
+        -Vector3::from(self.acceleration.at(level, d, degree + 1))
     }
 }
 
-/// The squares of the distances from which the terms beyond each degree are below [`TRUNCATION`].
+/// The squares of the distances from which the terms beyond each degree are together below `truncation`, relative to the
+/// acceleration of a point mass.
 ///
 /// The term of degree n of the acceleration is at most `(n + 1) ∫ ρ^n dm/r^{n+2}`. A cone between the center and a face that
 /// is nowhere further than a from it contributes at most `3 a^n/(n + 3)` of its mass to the integral.
-fn limits(polyhedron: &Polyhedron, frame: &Frame, degree: usize) -> Vec<f64> {
+pub(super) fn limits(
+    polyhedron: &Polyhedron,
+    frame: &Frame,
+    degree: usize,
+    truncation: f64,
+) -> Vec<f64> {
     let count = 2 * degree;
     let (mut mass, mut reach) = (0.0, 0.0_f64);
     let mut bounds = vec![0.0; count];
@@ -119,7 +136,7 @@ fn limits(polyhedron: &Polyhedron, frame: &Frame, degree: usize) -> Vec<f64> {
         let (mut near, mut far) = (0.0, 60.0);
         for _ in 0..50 {
             let middle = 0.5 * (near + far);
-            if tail(degree, reach * libm::exp2(middle)) > TRUNCATION {
+            if tail(degree, reach * libm::exp2(middle)) > truncation {
                 near = middle;
             } else {
                 far = middle;
@@ -166,8 +183,8 @@ impl<const K: usize> Sum<K> {
     }
 
     /// The sums up to `degree`.
-    fn at(&self, d: &Vector3<f64>, degree: usize) -> [f64; K] {
-        vectorize_wide!(Level::new(), simd => self.sum(simd, d, degree))
+    fn at(&self, level: Level, d: &Vector3<f64>, degree: usize) -> [f64; K] {
+        vectorize_wide!(level, simd => self.sum(simd, d, degree))
     }
 
     #[inline(always)]

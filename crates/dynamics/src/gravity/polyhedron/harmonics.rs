@@ -1,8 +1,8 @@
 //! Moments of a polyhedron over solid harmonics, and derivatives of these.
 //!
-//! The regular harmonics are `R_n^m = ρ^n P_n^m(cos θ) e^{imφ}/(n + m)!`, without the factor `(−1)^m`. For them `∂_z R_n^m
-//! = R_{n−1}^m`, `(∂_x − i∂_y) R_n^m = R_{n−1}^{m−1}` and `(∂_x + i∂_y) R_n^m = −R_{n−1}^{m+1}`, with `R_n^{−m} = (−1)^m
-//! conj R_n^m`.
+//! The regular harmonics are `R_n^m = n!/(n + m)! ρ^n P_n^m(cos θ) e^{imφ}`, without the factor `(−1)^m`, so that `|R_n^m| ≤
+//! ρ^n`. For them `∂_z R_n^m = n R_{n−1}^m`, `(∂_x − i∂_y) R_n^m = n R_{n−1}^{m−1}` and `(∂_x + i∂_y) R_n^m = −n
+//! R_{n−1}^{m+1}`, with `R_n^{−m} = (−1)^m conj R_n^m`.
 
 use fearless_simd::prelude::*;
 use fearless_simd::{Level, f64x8};
@@ -28,7 +28,7 @@ impl<T: Lane> Row<T> {
         }
     }
 
-    /// `v·∇R_n^m`, if `self` has the harmonics of degree n − 1.
+    /// `v·∇R_n^m/n`, if `self` has the harmonics of degree n − 1.
     #[inline(always)]
     pub(super) fn along(&self, v: Vector<T>, m: usize) -> (T, T) {
         let (re, im) = (&self.re, &self.im);
@@ -130,21 +130,21 @@ fn add_cones<T: Lane>(corners: [Vector<T>; 3], count: usize, sums: &mut [Row<f64
     let mut harmonics = corners.map(|corner| Harmonics::new(corner, degree));
     let mut face = Row::zeros(degree, zero);
     let mut next = face.clone();
-    for n in 0..=degree {
+    for (n, sums) in sums.iter_mut().enumerate() {
         for k in 0..3 {
             let side = &mut sides[k];
             let [start, end] = [&harmonics[k].now, &harmonics[(k + 1) % 3].now];
-            let by = 1.0 / (n + 1) as f64;
+            let (foot, by) = (side.foot * zero.constant(n as f64), 1.0 / (n + 1) as f64);
             for m in 0..=n {
-                let (re, im) = side.integrals.along(side.foot, m);
+                let (re, im) = side.integrals.along(foot, m);
                 next.re[m] = (re + side.ends[1] * end.re[m] - side.ends[0] * start.re[m]) * by;
                 next.im[m] = (im + side.ends[1] * end.im[m] - side.ends[0] * start.im[m]) * by;
             }
             std::mem::swap(&mut side.integrals, &mut next);
         }
-        let by = 1.0 / (n + 2) as f64;
+        let (above, by) = (normal * (height * n as f64), 1.0 / (n + 2) as f64);
         for m in 0..=n {
-            let (re, im) = face.along(normal * height, m);
+            let (re, im) = face.along(above, m);
             let (mut re, mut im) = (re, im);
             for side in &sides {
                 re = re + side.distance * side.integrals.re[m];
@@ -157,8 +157,8 @@ fn add_cones<T: Lane>(corners: [Vector<T>; 3], count: usize, sums: &mut [Row<f64
         for m in 0..=n {
             let (re, im) = (by * face.re[m], by * face.im[m]);
             for k in 0..count {
-                sums[n].re[m] += re.lane(k);
-                sums[n].im[m] += im.lane(k);
+                sums.re[m] += re.lane(k);
+                sums.im[m] += im.lane(k);
             }
         }
         harmonics
@@ -191,7 +191,7 @@ impl<T: Lane> Harmonics<T> {
         }
     }
 
-    /// From degree n to the next by `((n + 1)² − m²) R_{n+1}^m = (2n + 1) z R_n^m − ρ² R_{n−1}^m` and `2 (n + 1)
+    /// From degree n to the next by `((n + 1)² − m²) R_{n+1}^m = (n + 1) [(2n + 1) z R_n^m − n ρ² R_{n−1}^m]` and `2
     /// R_{n+1}^{n+1} = (x + iy) R_n^n`.
     #[inline(always)]
     fn advance(&mut self, n: usize) {
@@ -199,30 +199,29 @@ impl<T: Lane> Harmonics<T> {
             return;
         }
         let Vector { x, y, z } = self.place;
-        let along = z * (2 * n + 1) as f64;
+        let (along, squared) = (z * (2 * n + 1) as f64, self.squared * n as f64);
         for m in 0..=n {
-            let by = 1.0 / ((n + 1) * (n + 1) - m * m) as f64;
+            let by = (n + 1) as f64 / ((n + 1) * (n + 1) - m * m) as f64;
             for (now, last) in [
                 (&self.now.re, &mut self.last.re),
                 (&self.now.im, &mut self.last.im),
             ] {
-                last[m] = (along * now[m] - self.squared * last[m]) * by;
+                last[m] = (along * now[m] - squared * last[m]) * by;
             }
         }
-        let by = 1.0 / (2 * n + 2) as f64;
         let (re, im) = (self.now.re[n], self.now.im[n]);
-        self.last.re[n + 1] = (x * re - y * im) * by;
-        self.last.im[n + 1] = (x * im + y * re) * by;
+        self.last.re[n + 1] = (x * re - y * im) * 0.5;
+        self.last.im[n + 1] = (x * im + y * re) * 0.5;
         std::mem::swap(&mut self.now, &mut self.last);
     }
 }
 
-/// The row of `e_k·∇R_n^m` from that of degree n − 1.
-pub(super) fn derivative(row: &Row<f64>, axis: usize) -> Row<f64> {
-    let mut found = Row::zeros(row.re.len() - 2, 0.0);
-    let v = Vector::from(&Vector3::ith(axis, 1.0));
-    for m in 0..row.re.len() - 1 {
-        (found.re[m], found.im[m]) = row.along(v, m);
+/// The row of `e_k·∇R_n^m` from that of the degree before.
+pub(super) fn derivative(before: &Row<f64>, n: usize, axis: usize) -> Row<f64> {
+    let mut found = Row::zeros(before.re.len() - 2, 0.0);
+    let v = Vector::from(&Vector3::ith(axis, n as f64));
+    for m in 0..before.re.len() - 1 {
+        (found.re[m], found.im[m]) = before.along(v, m);
     }
     found
 }

@@ -85,7 +85,7 @@ pub(super) fn clusters(polyhedron: &Polyhedron, frame: &Frame) -> Vec<Cluster> {
         let members: Vec<_> = index.iter().map(|(&vertex, _)| places[vertex]).collect();
         let local = |vertex: usize| index.get(&vertex).copied().unwrap_or_default();
         clusters.push(Cluster {
-            vertices: blocks(&members, |block, k, place| put(block, k, place)),
+            vertices: blocks(&members, put),
             edges: blocks(own, |block: &mut EdgeBlock, k, edge| {
                 let ends = edge.ends.map(|end| (local(end), places[end]));
                 block.set(k, ends, edge.faces.map(|face| normals[face]));

@@ -13,8 +13,8 @@ use crate::lane::vectorize_wide;
 /// Bound of the truncated part of the acceleration, relative to that of a point mass.
 const TRUNCATION: f64 = 0.5 * f64::EPSILON;
 
-/// Limits of the highest degree. The intermediate results of twice the degree factorial must not overflow.
-const DEGREES: [usize; 2] = [8, 64];
+/// Limits of the highest degree.
+const DEGREES: [usize; 2] = [8, 96];
 
 /// Cost of a series of degree n, in multiples of that of a face: `(n + PREPARATION)²/PER_FACE`.
 const PER_FACE: f64 = 30.0;
@@ -22,10 +22,10 @@ const PREPARATION: usize = 14;
 
 /// Potential and acceleration of a body of unit mass in its [`Frame`], in the unit of that frame.
 ///
-/// With the irregular harmonics `I_n^m = (n − m)! P_n^m(cos θ) e^{imφ}/r^{n+1}`, the potential is `−Σ conj(M_n^m) I_n^m` with
-/// the moments `M_n^m = ∫ R_n^m dm`, and a component of the acceleration the same sum with the moments of a derivative of
-/// `R_n^m`. The harmonics are `I_n^m = (2m − 1)!! q_n^m [(x + iy)/r²]^m/r` with `q_m^m = 1` and `r² q_{n+1}^m = (2n + 1) z
-/// q_n^m − (n² − m²) q_{n−1}^m`.
+/// With the irregular harmonics `I_n^m = (n − m)!/n! P_n^m(cos θ) e^{imφ}/r^{n+1}`, the potential is `−Σ conj(M_n^m) I_n^m`
+/// with the moments `M_n^m = ∫ R_n^m dm`, and a component of the acceleration the same sum with the moments of a derivative
+/// of `R_n^m`. The harmonics are `I_n^m = (2m − 1)!!/m! q_n^m [(x + iy)/r²]^m/r` with `q_m^m = 1` and `(n + 1) r² q_{n+1}^m =
+/// (2n + 1) z q_n^m − (n² − m²)/n q_{n−1}^m`.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Series {
     /// Squares of the distances from which a series up to each degree suffices, in falling order.
@@ -42,14 +42,8 @@ impl Series {
         let degree = affordable.saturating_sub(PREPARATION).clamp(least, most);
         let moments = harmonics::moments(level, polyhedron, frame, degree + 1);
         let slopes = [0, 1, 2].map(|axis| {
-            let of_degree = |row: &Row<f64>| harmonics::derivative(row, axis);
-            let first = moments[0].clone();
-            let zero = Row {
-                re: vec![0.0; first.re.len()],
-                im: first.im,
-            };
-            let others = moments[..=degree].iter().map(of_degree);
-            std::iter::once(zero).chain(others).collect::<Vec<_>>()
+            let row = |n: usize| harmonics::derivative(&moments[n.max(1) - 1], n, axis);
+            (0..=degree + 1).map(row).collect::<Vec<_>>()
         });
         Self {
             limits: limits(polyhedron, frame, degree, TRUNCATION),
@@ -153,6 +147,8 @@ pub(super) fn limits(
 #[derive(Clone, Debug, PartialEq)]
 struct Sum<const K: usize> {
     degree: usize,
+    /// `(2n + 1)/(n + 1)` and `1/(n² + n)`, 0 for n = 0.
+    factors: Vec<[f64; 2]>,
     coefficients: Vec<[[Numbers; 2]; K]>,
 }
 
@@ -167,7 +163,7 @@ impl<const K: usize> Sum<K> {
                     for m in first..=n.min(first + WIDTH - 1) {
                         // Negative orders contribute as much as positive ones.
                         let orders = if m == 0 { 1.0 } else { 2.0 };
-                        let odd = (0..m).map(|k| (2 * k + 1) as f64);
+                        let odd = (1..=m).map(|k| (2 * k - 1) as f64 / k as f64);
                         let factor = orders * odd.product::<f64>();
                         coefficients[0][m - first] = factor * rows[n].re[m];
                         coefficients[1][m - first] = factor * rows[n].im[m];
@@ -176,8 +172,16 @@ impl<const K: usize> Sum<K> {
                 coefficients.push(of_degree);
             }
         }
+        let factors = (0..=degree).map(|n| {
+            let [n, next] = [n as f64, n as f64 + 1.0];
+            [
+                (n + next) / next,
+                if n > 0.0 { 1.0 / (n * next) } else { 0.0 },
+            ]
+        });
         Self {
             degree,
+            factors: factors.collect(),
             coefficients,
         }
     }
@@ -193,14 +197,14 @@ impl<const K: usize> Sum<K> {
         let along = d.z * by_squared;
         // [(x + iy)/r²]^k for k up to 7 side by side, and for k = 8
         let turn = [d.x * by_squared, d.y * by_squared];
-        let mut powers = [[0.0; WIDTH]; 2];
+        let (mut re, mut im) = ([0.0; WIDTH], [0.0; WIDTH]);
         let mut power = [1.0, 0.0];
-        for k in 0..WIDTH {
-            (powers[0][k], powers[1][k]) = (power[0], power[1]);
+        for (re, im) in re.iter_mut().zip(&mut im) {
+            [*re, *im] = power;
             power = multiplied(power, turn);
         }
         let zero = simd.splat_f64x8(0.0);
-        let (re, im): (f64x8<S>, f64x8<S>) = (powers[0].simd_into(simd), powers[1].simd_into(simd));
+        let (re, im): (f64x8<S>, f64x8<S>) = (re.simd_into(simd), im.simd_into(simd));
         let mut base = [by_squared.sqrt(), 0.0];
         let mut sums = [zero; K];
         let mut rest = self.coefficients.as_slice();
@@ -220,8 +224,9 @@ impl<const K: usize> Sum<K> {
                     parts[0] += f64x8::from_slice(simd, &coefficients[0]) * q;
                     parts[1] += f64x8::from_slice(simd, &coefficients[1]) * q;
                 }
-                let n = n as f64;
-                let next = q * ((2.0 * n + 1.0) * along) - last * ((-squares + n * n) * by_squared);
+                let [two, one] = self.factors[n];
+                let next =
+                    q * (two * along) - last * ((-squares + (n * n) as f64) * (one * by_squared));
                 (q, last) = (next, q);
             }
             let turned = [re * base[0] - im * base[1], re * base[1] + im * base[0]];

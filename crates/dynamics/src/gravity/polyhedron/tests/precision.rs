@@ -127,7 +127,7 @@ fn the_series_is_the_closed_form() {
         let volume = body.volume() / frame.unit.powi(3);
         let mut vector = vectors(22);
         for _ in 0..300 {
-            let distance = 2.0_f64.powf(1.0 + vector(1.0).x.abs() * 7.0);
+            let distance = 2.0_f64.powf(-0.5 + vector(1.0).x.abs() * 8.5);
             let d = distance * vector(1.0).normalize();
             let Some(degree) = series.degree(&d) else {
                 continue;

@@ -4,7 +4,7 @@ use std::io::Write;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-use lgvi_dynamics::gravity::{Field, Fixed, Gravity, Mutual, Polyhedron, PolyhedronField};
+use lgvi_dynamics::gravity::{Fixed, Gravity, Mutual, Polyhedron, PolyhedronField};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
 use nalgebra::{Matrix3, Vector3};
@@ -22,9 +22,9 @@ const G: f64 = 6.6743e-11;
 /// Subdivisions of the orbited body's mesh: 1280, 5120 and 20 480 faces.
 const SUBDIVISIONS: [u32; 3] = [3, 4, 5];
 
-/// Of an orbit: radii in multiples of the longest semi-axis, step and duration (s). Within 1.8 or so, the closed form is
+/// Of an orbit: radii in multiples of the longest semi-axis, step and duration (s). Within 1.5 or so, the closed form is
 /// computed, further away a series.
-const RADII: [f64; 3] = [1.5, 2.0, 4.0];
+const RADII: [f64; 3] = [1.3, 2.0, 4.0];
 const STEP: f64 = 120.0;
 const DAY: f64 = 86_400.0;
 

@@ -14,9 +14,9 @@ use crate::gravity::{Attractor, Monopole};
 /// *Exterior gravitation of a polyhedron…*, Celest. Mech. Dyn. Astron. 65, 1996), `φ = −½ Gσ [Σ_e r·E_e r L_e − Σ_f r·F_f r
 /// ω_f]`, where r is the vector from the field point `d` to any point of the edge or face.
 ///
-/// Potential and acceleration are a series of solid harmonics about the center of mass wherever a degree up to 64 (less for
+/// Potential and acceleration are a series of solid harmonics about the center of mass wherever a degree up to 96 (less for
 /// few faces) truncates less than half a unit in the last place of the acceleration of a point mass. This bound is proven
-/// for each body when it is created. For a fine mesh it holds from 1.8 times the body's reach on.
+/// for each body when it is created. For a fine mesh it holds from 1.5 times the body's reach on.
 ///
 /// The first and second derivatives are from that paper. The third derivatives need no transcendental function.
 ///

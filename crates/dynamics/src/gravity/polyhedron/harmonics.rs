@@ -71,6 +71,7 @@ pub(super) fn moments(
     });
     let mut sums = vec![Row::zeros(degree, 0.0); degree + 1];
     vectorize_wide!(level, simd => {
+        let mut lanes = vec![Row::zeros(degree, simd.splat_f64x8(0.0)); degree + 1];
         for (corners, faces) in corners.iter().zip(places.chunks(WIDTH)) {
             let corners = corners.each_ref().map(
                 #[inline(always)]
@@ -80,7 +81,13 @@ pub(super) fn moments(
                     f64x8::from_slice(simd, z),
                 ),
             );
-            add_cones(corners, faces.len(), &mut sums);
+            add_cones(corners, faces.len(), &mut lanes);
+        }
+        for (sums, lanes) in sums.iter_mut().zip(&lanes) {
+            let parts = [(&mut sums.re, &lanes.re), (&mut sums.im, &lanes.im)];
+            for (sum, lanes) in parts.into_iter().flat_map(|(sums, lanes)| sums.iter_mut().zip(lanes)) {
+                *sum = Numbers::from(*lanes).iter().sum();
+            }
         }
     });
     let mass = sums[0].re[0];
@@ -106,13 +113,15 @@ struct Side<T: Lane> {
 
 /// Adds the integrals over the cones of the first `count` faces, in units in which their densities are the same.
 #[inline(always)]
-fn add_cones<T: Lane>(corners: [Vector<T>; 3], count: usize, sums: &mut [Row<f64>]) {
+fn add_cones<T: Lane>(corners: [Vector<T>; 3], count: usize, sums: &mut [Row<T>]) {
     let degree = sums.len() - 1;
     let zero = corners[0].x.constant(0.0);
     let [a, b, c] = corners;
     let area = (b - a).cross(c - a);
     let normal = area / area.norm_squared().sqrt();
     let height = normal.dot(a);
+    let mut weight = height;
+    (count..T::COUNT).for_each(|k| weight.set_lane(k, 0.0));
     let side = |start: usize, end: usize| {
         let (start, end) = (corners[start], corners[end]);
         let along = end - start;
@@ -153,13 +162,10 @@ fn add_cones<T: Lane>(corners: [Vector<T>; 3], count: usize, sums: &mut [Row<f64
             (next.re[m], next.im[m]) = (re * by, im * by);
         }
         std::mem::swap(&mut face, &mut next);
-        let by = height * (1.0 / (n + 3) as f64);
+        let by = weight * (1.0 / (n + 3) as f64);
         for m in 0..=n {
-            let (re, im) = (by * face.re[m], by * face.im[m]);
-            for k in 0..count {
-                sums.re[m] += re.lane(k);
-                sums.im[m] += im.lane(k);
-            }
+            sums.re[m] = sums.re[m] + by * face.re[m];
+            sums.im[m] = sums.im[m] + by * face.im[m];
         }
         harmonics
             .iter_mut()

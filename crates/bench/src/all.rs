@@ -11,7 +11,7 @@ use crate::peer::{CASADI, HEYOKA, INTEGRATORS, Peer, Python, REBOUND, missing};
 use crate::precision::Lost;
 use crate::{
     auto, bag, bodies, cost, dumbbells, ensemble, feedback, free, laziness, maneuvers, planner,
-    precision, recording, skip, stress, tables, transport,
+    polyhedra, precision, recording, skip, stress, tables, transport,
 };
 
 /// What is run.
@@ -40,6 +40,7 @@ enum Part {
     Auto,
     Dumbbells,
     Bodies,
+    Polyhedra,
     Skip,
     Ensemble,
     Planner,
@@ -180,6 +181,7 @@ impl Part {
             Self::Auto => auto::scenes(repeats, directory),
             Self::Dumbbells => dumbbells::run(repeats, directory),
             Self::Bodies => bodies::run(false, python, repeats, directory),
+            Self::Polyhedra => polyhedra::run(repeats, directory),
             Self::Skip => skip::run(None, repeats, directory),
             Self::Ensemble => ensemble::run(&ensemble::Options::default(), repeats, directory),
             Self::Planner => {

@@ -26,6 +26,7 @@ mod methods;
 mod peer;
 mod picture;
 mod planner;
+mod polyhedra;
 mod precision;
 mod promises;
 mod recording;
@@ -136,6 +137,8 @@ enum Command {
         #[arg(long)]
         quick: bool,
     },
+    /// Polyhedra of many faces: an orbit about one and the attraction of two, beside a plain C++ loop.
+    Polyhedra,
     /// States from one process to another: latency and processor time, beside bare iceoryx2 and ros2-client.
     Transport(transport::Options),
     /// Writing bags, beside the crate mcap alone.
@@ -228,6 +231,7 @@ fn dispatch(
             planner::varied(count, seed, steps, python, output)
         }
         Command::Bodies { quick } => bodies::run(quick, python, repeats, output),
+        Command::Polyhedra => polyhedra::run(repeats, output),
         Command::Transport(options) => transport::run(&options, output),
         Command::Bag => bag::run(repeats, output),
         Command::Laziness(options) => laziness::run(&options, output),

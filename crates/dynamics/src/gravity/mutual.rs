@@ -18,7 +18,7 @@ use crate::{BodyState, Load, MassDistribution, RigidBody};
 /// # Assumptions and limitations
 /// The load between two points at the same position is not finite. The cost grows with the square of the number of
 /// bodies. For bodies of points it also grows with the product of their numbers of points, or of the faces of one body
-/// and the points of the other. The truncation error is that of [`Multipole`](super::Multipole) and of
+/// and the points of the other that are near it. The truncation error is that of [`Multipole`](super::Multipole) and of
 /// [`PolyhedronMass`](super::PolyhedronMass). A point mass or the center of a multipole inside a polyhedron is reported
 /// as a close approach. Contact between two surfaces is not detected.
 #[derive(Clone, Debug)]

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::Lane;
 
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Vector<T> {
     pub(crate) x: T,
     pub(crate) y: T,

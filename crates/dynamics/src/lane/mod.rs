@@ -41,6 +41,30 @@ macro_rules! vectorize {
 
 pub(crate) use vectorize;
 
+/// As [`vectorize`], with AVX-512 where there is one, for long loops over eight numbers at once.
+#[cfg(target_arch = "x86_64")]
+macro_rules! vectorize_wide {
+    ($level:expr, $simd:ident => $run:expr) => {{
+        let level: fearless_simd::Level = $level;
+        match level.as_avx512() {
+            Some($simd) => $simd.vectorize(
+                #[inline(always)]
+                || $run,
+            ),
+            None => $crate::lane::vectorize!(level, $simd => $run),
+        }
+    }};
+}
+
+#[cfg(not(target_arch = "x86_64"))]
+macro_rules! vectorize_wide {
+    ($level:expr, $simd:ident => $run:expr) => {
+        fearless_simd::dispatch!($level, $simd => $run)
+    };
+}
+
+pub(crate) use vectorize_wide;
+
 /// Values of several systems, one per lane, with arithmetic on all of them at once.
 ///
 /// Each operation rounds as on a single number, and none is fused. So the result in a lane depends neither on the

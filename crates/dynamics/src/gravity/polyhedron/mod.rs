@@ -1,14 +1,19 @@
 //! Homogeneous polyhedra: shape, mass properties, gravity, and the clouds of points that represent them.
 
+mod closed;
 mod cloud;
 mod distribution;
-mod dyads;
 mod error;
 mod field;
+mod frame;
+mod harmonics;
 mod mass;
+mod mesh;
 mod obj;
 mod recombination;
+mod series;
 mod shapes;
+mod slopes;
 mod surface;
 #[cfg(test)]
 mod tests;

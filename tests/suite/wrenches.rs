@@ -212,6 +212,104 @@ fn a_wrench_acts_for_its_time_and_one_that_is_wrong_does_not() {
     );
 }
 
+/// In 2000 steps as fast as possible: which comes first does not matter, but that they are recorded in that order.
+#[test]
+fn wrenches_among_control_sequences_are_repeated_in_their_order() {
+    let world = World::new();
+    let flight = Flight::prepare(
+        &world,
+        "bag",
+        &["real_time_factor:=2.0", "wrench_timeout:=0.1"],
+    );
+    let ros = flight.operator.ros();
+    let wrench = ros
+        .publisher::<WrenchStamped>("/lgvi_propagator/wrench/body", &Qos::reliable(1000))
+        .unwrap();
+    let sequences = ros
+        .publisher::<ControlSequence>("/lgvi_propagator/control_sequence", &Qos::reliable(1000))
+        .unwrap();
+    eventually("the propagator's subscriptions", || {
+        let both = [
+            wrench.matched_subscriptions(),
+            sequences.matched_subscriptions(),
+        ];
+        both.into_iter().all(|count| count > 0).then_some(())
+    });
+    flight.operator.lead(&["activate"]);
+    let mut message = WrenchStamped::default();
+    for number in 0..60 {
+        message.wrench.force.x = f64::from(number);
+        message.wrench.torque.z = -0.01 * f64::from(number);
+        wrench.publish(&message).unwrap();
+        let sequence = ControlSequence {
+            body: "body".into(),
+            first_step: 8 * number as u64 + 20,
+            step_size: 0.02,
+            force: vec![vector([0.0, f64::from(number), 0.0]); 5],
+            moment: vec![Vector3::default(); 5],
+            ..Default::default()
+        };
+        sequences.publish(&sequence).unwrap();
+        sleep(Duration::from_millis(30));
+    }
+    flight.propagator.await_flown();
+    let (bag, _) = flight.end();
+    let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);
+    let of_wrenches = flown.iter().filter(|one| one.force.len() == 1).count();
+    assert!(
+        of_wrenches > 20 && flown.len() - of_wrenches > 20,
+        "{of_wrenches} of {}",
+        flown.len()
+    );
+    world.verify_agrees(&bag, STEPS + 1);
+}
+
+/// The controller comes after the first state has been published; the maneuver has no other controls.
+#[test]
+fn a_controller_that_comes_late_is_asked_again() {
+    let world = World::new();
+    let scene = lgvi_tests::scene("inclination_change");
+    let arguments = [
+        "--no-planner",
+        "--await-wrench",
+        "spacecraft",
+        "--control-period",
+        "0.0902976",
+    ];
+    let flight = world.start_flight(&scene, "bag", &arguments);
+    flight.await_stderr("waiting at step 0 for the first wrench on spacecraft");
+    let ros = world.ros_node("controller");
+    let wrench = ros
+        .publisher::<WrenchStamped>("/lgvi_propagator/wrench/spacecraft", &Qos::reliable(10))
+        .unwrap();
+    let odometry = ros
+        .subscription::<Odometry>("/lgvi_propagator/odometry/spacecraft", &Qos::volatile(1000))
+        .unwrap();
+    let mut flight = flight;
+    while flight.runs() {
+        let Some(message) = odometry.recv_timeout(Duration::from_millis(100)).unwrap() else {
+            continue;
+        };
+        let Odometry {
+            header,
+            child_frame_id,
+            ..
+        } = message.message;
+        let mut command = WrenchStamped {
+            header,
+            ..Default::default()
+        };
+        command.header.frame_id = child_frame_id;
+        command.wrench.torque.x = 1e-3;
+        wrench.publish(&command).unwrap();
+    }
+    flight.finish().expect(0);
+    let bag = world.path("bag");
+    let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);
+    assert_eq!(flown.len(), 10);
+    world.verify_agrees(&bag, 1001);
+}
+
 #[test]
 fn parameters_of_a_cycle_that_cannot_be_are_refused() {
     let world = World::new();

@@ -155,9 +155,12 @@ impl Config {
         if !chosen.is_empty() {
             scene = scene.decided(&chosen).map_err(NodeError::input)?;
         }
+        let awaited: Vec<String> = parameters.get("await_wrench")?;
+        let steered = scene.maneuver.as_ref();
+        let steered = steered.map(|maneuver| &scene.bodies[maneuver.body].name);
         let await_control = parameters
             .get_optional("await_control")?
-            .unwrap_or(scene.maneuver.is_some());
+            .unwrap_or(steered.is_some_and(|body| !awaited.contains(body)));
         if await_control && scene.maneuver.is_none() {
             return Err(NodeError::Input(
                 "parameter \"await_control\" is true, expected false: the scene has no maneuver"
@@ -174,7 +177,7 @@ impl Config {
         let await_subscribers: i64 = parameters.get("await_subscribers")?;
         let terms = Terms::read(parameters, &scene)?;
         let wrenches = match terms {
-            Some(_) => movable(&scene),
+            Some(_) => movable(&scene, lockstep),
             None => Vec::new(),
         };
         Ok(Self {
@@ -191,11 +194,14 @@ impl Config {
     }
 }
 
-/// The bodies that loads can move, if they are not so many that nobody flies them one by one.
-fn movable(scene: &Scene) -> Vec<usize> {
+/// The bodies that loads can move, if they are not so many that nobody flies them one by one. In lockstep with its planner,
+/// the body of the maneuver follows plans alone.
+fn movable(scene: &Scene, lockstep: bool) -> Vec<usize> {
+    let maneuver = scene.maneuver.as_ref().filter(|_| lockstep);
+    let planned = maneuver.map(|maneuver| maneuver.body);
     let bodies = scene.bodies.iter().enumerate();
     let movable: Vec<_> = bodies
-        .filter(|(_, body)| !body.body.mobility().is_given())
+        .filter(|(index, body)| Some(*index) != planned && !body.body.mobility().is_given())
         .map(|(index, _)| index)
         .collect();
     if movable.len() > MOST_WRENCHES {

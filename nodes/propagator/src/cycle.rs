@@ -20,9 +20,9 @@ pub(crate) struct Cycle {
     wait: Option<(u64, Instant, Vec<usize>)>,
     /// The step whose commands have all come, or whose deadline has passed.
     passed: Option<u64>,
-    /// A wrench has come: before the first one there is no deadline.
-    begun: bool,
-    /// It has been said that the first one is waited for.
+    /// The bodies on which no wrench has come yet: the first one on each has no deadline.
+    unheard: Vec<usize>,
+    /// It has been said that the first ones are waited for.
     told: bool,
 }
 
@@ -61,15 +61,26 @@ impl Cycle {
                 ))
             })
         });
+        let bodies: Vec<usize> = bodies.collect::<Result<_, _>>()?;
         Ok(Some(Self {
-            bodies: bodies.collect::<Result<_, _>>()?,
+            unheard: bodies.clone(),
+            bodies,
             every: every as u64,
             deadline: Duration::try_from_secs_f64(deadline).unwrap_or(Duration::MAX),
             wait: None,
             passed: None,
-            begun: false,
             told: false,
         }))
+    }
+
+    /// Steps in a control period.
+    pub(crate) fn every(&self) -> u64 {
+        self.every
+    }
+
+    /// Whether a controller has yet to be heard of.
+    pub(crate) fn is_silent(&self) -> bool {
+        !self.unheard.is_empty()
     }
 
     /// Whether the state of this step is one that a controller answers.
@@ -87,7 +98,13 @@ impl Cycle {
     pub(crate) fn note(&mut self, step: u64, body: usize) {
         if let Some((_, missing)) = self.wait_at(step) {
             missing.retain(|other| *other != body);
-            self.begun = true;
+        }
+        if self.is_silent() {
+            self.unheard.retain(|other| *other != body);
+            // From here on there is a deadline.
+            if let Some((_, since, _)) = &mut self.wait {
+                *since = Instant::now();
+            }
         }
     }
 
@@ -105,13 +122,13 @@ impl Cycle {
 
     /// Whether the flight waits at this step.
     pub(crate) fn waits(&mut self, scene: &Scene, step: u64) -> bool {
-        let (begun, told, deadline) = (self.begun, self.told, self.deadline);
+        let (silent, told, deadline) = (self.is_silent(), self.told, self.deadline);
         let Some((since, missing)) = self.wait_at(step) else {
             return false;
         };
         let waited = since.elapsed();
-        if !missing.is_empty() && (!begun || waited < deadline) {
-            if !begun && !told && waited >= SILENCE {
+        if !missing.is_empty() && (silent || waited < deadline) {
+            if silent && !told && waited >= SILENCE {
                 let names = missing.iter().map(|body| scene.bodies[*body].name.as_str());
                 let names = names.collect::<Vec<_>>().join(", ");
                 warn!("waiting at step {step} for the first wrench on {names}");
@@ -130,10 +147,15 @@ impl Cycle {
         false
     }
 
-    /// The flight begins anew.
-    pub(crate) fn begin_anew(&mut self) {
+    /// The present state has been replaced by another one, which is to be answered, too.
+    pub(crate) fn ask_again(&mut self) {
         self.wait = None;
         self.passed = None;
-        self.begun = false;
+    }
+
+    /// The flight begins anew.
+    pub(crate) fn begin_anew(&mut self) {
+        self.ask_again();
+        self.unheard.clone_from(&self.bodies);
     }
 }

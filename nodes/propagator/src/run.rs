@@ -27,7 +27,7 @@ use crate::monitor::Monitor;
 use crate::orders::{Order, Orders};
 use crate::pace::Pace;
 use crate::resolution::Resolution;
-use crate::wrench::Wrench;
+use crate::wrench::{Terms, Wrench};
 use crate::{ControlError, Controls};
 
 /// How often waiting looks whether it is over.
@@ -35,6 +35,9 @@ const WAIT: Duration = Duration::from_millis(1);
 
 /// The same for the answer of a controller.
 const ANSWER: Duration = Duration::from_micros(20);
+
+/// How often a state is published until its first answer comes, and a warning comes at most.
+const PROMPT: Duration = Duration::from_secs(1);
 
 /// How long a step may be waited for at a stretch.
 const SLICE: Duration = Duration::from_millis(10);
@@ -81,6 +84,10 @@ pub(crate) struct Propagator {
     wrenches: Vec<Option<Wrench>>,
     /// The bodies on which wrenches act, and the steps at which these are over.
     acting: Vec<(usize, u64)>,
+    /// When it was last said that a wrench is over.
+    silence_told: Option<Instant>,
+    /// When the state that is waited at was last published.
+    asked: Instant,
     pub(crate) phase: Phase,
     pub(crate) paused: bool,
     /// Sequences accepted.
@@ -157,6 +164,10 @@ impl Managed for Propagator {
         let monitor = Arc::new(Monitor::new(&scene));
         let orders = Orders::serve(node, &scene)?;
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
+        let cycle = Cycle::read(&node.parameters, &scene, &config.wrenches)?;
+        if let (Some(cycle), Some(terms)) = (&cycle, &mut config.terms) {
+            *terms = terms.for_steps(cycle.every());
+        }
         let now = Instant::now();
         Ok(Self {
             outgoing: Vec::with_capacity(names.len()),
@@ -175,9 +186,11 @@ impl Managed for Propagator {
             stepping: None,
             pace: Pace::free(),
             lockstep: config.lockstep.then(|| Lockstep::new(&scene)).flatten(),
-            cycle: Cycle::read(&node.parameters, &scene, &config.wrenches)?,
+            cycle,
             wrenches: vec![None; scene.bodies.len()],
             acting: Vec::new(),
+            silence_told: None,
+            asked: now,
             phase: Phase::Unattended,
             paused: false,
             accepted: 0,
@@ -202,6 +215,8 @@ impl Managed for Propagator {
     }
 
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
+        // Those that came while nobody flew are of another time.
+        self.link.forget_wrenches();
         self.orders.open();
         let flown = self.fly(node);
         self.refuse();
@@ -229,7 +244,10 @@ impl Propagator {
                 Phase::Unattended => self.await_company()?,
                 Phase::Uncommanded => self.await_command(node)?,
                 Phase::Flying if held => std::thread::sleep(WAIT),
-                Phase::Flying if answered => std::thread::sleep(ANSWER),
+                Phase::Flying if answered => {
+                    let silent = self.cycle.as_ref().is_some_and(Cycle::is_silent);
+                    std::thread::sleep(if silent { WAIT } else { ANSWER });
+                }
                 Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
                 Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
             }
@@ -313,55 +331,70 @@ impl Propagator {
             return Ok(());
         };
         let step = self.flight.step();
-        let mut any = false;
-        while let Some(wrench) = self.link.next_wrench() {
+        let mut taken = 0;
+        while let Some(wrench) = self.link.next_wrench(taken) {
             let cycle = self.cycle.as_ref();
             if cycle.is_none_or(|cycle| cycle.admits(&self.scene, step, &wrench)) {
-                let body = wrench.body;
-                self.wrenches[body] = Some(wrench);
-                any = true;
+                let place = &mut self.wrenches[wrench.body];
+                taken += usize::from(place.is_none());
+                *place = Some(wrench);
             }
         }
-        if !any {
-            return Ok(());
-        }
         for body in 0..self.wrenches.len() {
+            if taken == 0 {
+                break;
+            }
             let Some(wrench) = self.wrenches[body].take() else {
                 continue;
             };
-            let state = &self.flight.states()[body];
-            let first_step = terms.first_step(step);
-            let sequence = wrench
-                .sequence(&self.scene, &terms, first_step, state)
-                .map_err(NodeError::runtime)?;
-            // As the repetition reads it.
-            let controls =
-                Controls::of_message(&self.scene, &sequence).map_err(NodeError::runtime)?;
-            let end = controls.end();
-            // One that would begin after the end of the flight is of no use.
-            if self.flight.admit(controls).is_ok() {
-                self.accepted += 1;
-                self.acting.retain(|(other, _)| *other != body);
-                self.acting.push((body, end));
-                self.link.flies(sequence);
-            }
+            taken -= 1;
             if let Some(cycle) = &mut self.cycle {
                 cycle.note(step, body);
+            }
+            let first_step = terms.first_step(step);
+            if first_step < self.scene.steps {
+                self.fly_wrench(&wrench, &terms, first_step)?;
             }
         }
         Ok(())
     }
 
-    /// Says where the last wrench on a body is over.
+    /// Flies a wrench from a step on, as the repetition reads it.
+    fn fly_wrench(
+        &mut self,
+        wrench: &Wrench,
+        terms: &Terms,
+        first_step: u64,
+    ) -> Result<(), NodeError> {
+        let body = wrench.body;
+        let state = &self.flight.states()[body];
+        let sequence = wrench
+            .sequence(&self.scene, terms, first_step, state)
+            .map_err(NodeError::runtime)?;
+        let controls = Controls::of_message(&self.scene, &sequence).map_err(NodeError::runtime)?;
+        let end = controls.end();
+        self.flight.accept(controls).map_err(NodeError::runtime)?;
+        self.accepted += 1;
+        self.acting.retain(|(other, _)| *other != body);
+        self.acting.push((body, end));
+        self.link.flies(sequence);
+        Ok(())
+    }
+
+    /// Says where the last wrench on a body is over, at most once a second.
     fn note_silence(&mut self) {
-        let (step, bodies) = (self.flight.step(), &self.scene.bodies);
+        let (step, before) = (self.flight.step(), self.acting.len());
         self.acting.retain(|(body, end)| {
-            if step >= *end {
-                let name = &bodies[*body].name;
+            let quiet = |told: Instant| told.elapsed() < PROMPT;
+            if step >= *end && !self.silence_told.is_some_and(quiet) {
+                let name = &self.scene.bodies[*body].name;
                 warn!("no new wrench on {name}: none acts from step {step} on");
             }
             step < *end
         });
+        if self.acting.len() < before {
+            self.silence_told = Some(Instant::now());
+        }
     }
 
     /// Whether it holds until a controller has answered the present state.
@@ -374,10 +407,29 @@ impl Propagator {
             return false;
         };
         let waited = cycle.waits(&self.scene, step);
+        if waited && cycle.is_silent() && self.asked.elapsed() >= PROMPT {
+            // Who has come since has not seen it.
+            self.asked = Instant::now();
+            self.link.repeat(step, self.flight.states());
+        }
         if waited {
             self.set_pace(node);
         }
         waited
+    }
+
+    /// Whether a controller is to answer the state of a step.
+    fn is_answered(&self, step: u64) -> bool {
+        let cycle = self.cycle.as_ref();
+        cycle.is_some_and(|cycle| cycle.begins_at(step))
+    }
+
+    /// The states have been replaced: what came in answers others.
+    pub(crate) fn ask_again(&mut self) {
+        self.link.forget_wrenches();
+        if let Some(cycle) = &mut self.cycle {
+            cycle.ask_again();
+        }
     }
 
     /// Whether it holds until a plan made on the way has come; what is missed meanwhile is not made up for.
@@ -408,6 +460,7 @@ impl Propagator {
         if let Some(lockstep) = &mut self.lockstep
             && lockstep.reach(&self.flight)
             && !next.is_multiple_of(self.rates.state_every)
+            && !self.is_answered(next)
         {
             self.sample()?;
         }
@@ -428,6 +481,7 @@ impl Propagator {
     }
 
     fn advance(&mut self) -> Result<(), NodeError> {
+        self.note_silence();
         let step = self.flight.step();
         let timed = self.monitor.times(step, !self.pace.is_free());
         let report = self.flight.advance().map_err(|error| {
@@ -438,7 +492,6 @@ impl Propagator {
         }
         self.monitor.step.store(step + 1, Ordering::Relaxed);
         self.note_docked();
-        self.note_silence();
         self.resolution.note(&self.scene, &self.flight);
         let overruns = self.pace.overruns;
         self.monitor.overruns.store(overruns, Ordering::Relaxed);
@@ -520,7 +573,7 @@ impl Propagator {
         if let Some(cycle) = &mut self.cycle {
             cycle.begin_anew();
         }
-        self.wrenches.fill(None);
+        self.link.forget_wrenches();
         self.acting.clear();
         self.cost = 0.0;
         self.late_controls = 0;

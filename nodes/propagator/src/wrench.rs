@@ -14,11 +14,14 @@ use thiserror::Error;
 
 use crate::ForceAxes;
 
+/// Steps that wrenches may be delayed by: one may wait for each.
+const MOST_DELAY: u64 = 100_000;
+
 /// How received wrenches act.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Terms {
     /// Steps after which a wrench is over, ≥ 1.
-    pub(crate) hold: u64,
+    hold: u64,
     /// Steps after which it begins.
     delay: u64,
     /// Greatest force (N) and moment (N m).
@@ -68,12 +71,27 @@ impl Terms {
     pub(crate) fn read(parameters: &Parameters, scene: &Scene) -> Result<Option<Self>, NodeError> {
         let number = |name: &str| parameters.get::<f64>(name);
         let steps = |seconds: f64| (seconds / scene.seconds(1)).round() as u64;
-        let timeout = number("wrench_timeout")?;
+        let (timeout, delay) = (number("wrench_timeout")?, number("wrench_delay")?);
+        if steps(delay) > MOST_DELAY {
+            let step = scene.seconds(1);
+            return Err(NodeError::Input(format!(
+                "parameter \"wrench_delay\" is {delay} s, expected at most {MOST_DELAY} steps of {step} s"
+            )));
+        }
         Ok((timeout > 0.0).then_some(Self {
-            hold: steps(timeout).max(1),
-            delay: steps(number("wrench_delay")?),
+            // A flight has no more steps.
+            hold: steps(timeout).min(scene.steps).max(1),
+            delay: steps(delay),
             limits: [number("wrench_max_force")?, number("wrench_max_moment")?],
         }))
+    }
+
+    /// The same for wrenches that act for `steps` at least.
+    pub(crate) fn for_steps(self, steps: u64) -> Self {
+        Self {
+            hold: self.hold.max(steps),
+            ..self
+        }
     }
 
     /// The step from which on a wrench acts that is taken at `step`.
@@ -104,6 +122,20 @@ impl Wrench {
             })?;
             (ForceAxes::Body, mount.load(&load))
         };
+        let si = scene.units.load_to_si(&load);
+        for (field, given, parts) in [
+            ("force", &message.wrench.force, [load.force, si.force]),
+            ("torque", &message.wrench.torque, [load.moment, si.moment]),
+        ] {
+            if !parts
+                .iter()
+                .flatten()
+                .all(|component| component.is_finite())
+            {
+                let value = [given.x, given.y, given.z];
+                return Err(WrenchError::NotFinite { field, value });
+            }
+        }
         Ok(Self {
             body,
             stamp,
@@ -144,10 +176,17 @@ impl Wrench {
     }
 }
 
+/// The vector, no longer than `limit`.
 fn within(limit: f64, vector: Vector3<f64>) -> Vector3<f64> {
-    let size = vector.norm();
-    if size > limit {
-        vector * (limit / size)
+    let largest = vector.amax();
+    if largest == 0.0 {
+        return vector;
+    }
+    // The squares of its components might overflow.
+    let direction = vector / largest;
+    let size = direction.norm();
+    if largest * size > limit {
+        direction * (limit / size)
     } else {
         vector
     }

@@ -31,7 +31,8 @@ impl Track {
                     ..load
                 },
             });
-        self.sequences.retain(|(first, _)| *first < start);
+        let before = self.sequences.partition_point(|(first, _)| *first < start);
+        self.sequences.truncate(before);
         if let Some((first, loads)) = self.sequences.last_mut() {
             loads.truncate(usize::try_from(start - *first).unwrap_or(usize::MAX));
         }
@@ -56,7 +57,8 @@ impl Track {
 
     /// What acts from `step` to the next.
     pub(crate) fn at(&self, step: u64) -> Load {
-        let acting = self.sequences.iter().rfind(|(first, _)| *first <= step);
+        let next = self.sequences.partition_point(|(first, _)| *first <= step);
+        let acting = next.checked_sub(1).map(|index| &self.sequences[index]);
         acting
             .and_then(|(first, loads)| loads.get(usize::try_from(step - first).ok()?))
             .copied()

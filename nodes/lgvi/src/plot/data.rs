@@ -5,6 +5,7 @@ use std::path::Path;
 use lgvi_dynamics::{BodyState, Invariants, System};
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, SystemState};
+use lgvi_propagator::Controls;
 use lgvi_scene::{Scene, Units};
 use nalgebra::{Matrix3, Vector3};
 
@@ -68,6 +69,32 @@ pub(crate) struct Energy {
     pub(crate) total: f64,
 }
 
+/// What the sequences of a flight have act on each body, each until a later one takes its place.
+fn tracks(scene: &Scene, samples: &[Sample], controls: Vec<Controls>) -> Vec<Track> {
+    let mut ends = vec![scene.steps; scene.bodies.len()];
+    let mut acting: Vec<_> = controls
+        .into_iter()
+        .rev()
+        .map(|controls| {
+            let end = &mut ends[controls.body];
+            let until = *end;
+            *end = until.min(controls.first_step);
+            (controls, until)
+        })
+        .collect();
+    acting.reverse();
+    let mut tracks = vec![Track::default(); scene.bodies.len()];
+    for (controls, end) in acting {
+        let body = controls.body;
+        let attitude = |step| {
+            let next = samples.partition_point(|sample| sample.step <= step);
+            samples[next.saturating_sub(1)].bodies[body].attitude
+        };
+        tracks[body].accept(&controls, end, attitude);
+    }
+    tracks
+}
+
 impl FlightData {
     /// Reads the flight in the bag at `path`, from its last reset on; every error is [`NodeError::Input`] and names bag and topic.
     pub(crate) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
@@ -100,15 +127,8 @@ impl FlightData {
         if samples.is_empty() {
             return Err(refuse("no states, expected at least one".into()));
         }
-        let mut tracks = vec![Track::default(); scene.bodies.len()];
-        for controls in bag.check(course.controls) {
-            let controls = controls?;
-            let attitude = |step| {
-                let next = samples.partition_point(|sample| sample.step < step);
-                samples[next.min(samples.len() - 1)].bodies[controls.body].attitude
-            };
-            tracks[controls.body].accept(&controls, scene.steps, attitude);
-        }
+        let controls = bag.check(course.controls).collect::<Result<_, _>>()?;
+        let tracks = tracks(&scene, &samples, controls);
         Ok(Self {
             scene,
             recorded,
@@ -265,7 +285,7 @@ impl FlightData {
         let mut loads = vec![lgvi_dynamics::Load::default(); scene.bodies.len()];
         if let Some((body, load)) = pushed {
             loads[body] = load;
-            let controls = lgvi_propagator::Controls {
+            let controls = Controls {
                 body,
                 first_step: 0,
                 hold: steps,

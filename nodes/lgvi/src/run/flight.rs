@@ -97,8 +97,9 @@ pub(crate) fn fly(
             course.start(NodeKind::Planner, planner)?;
         }
         course.start(NodeKind::Propagator, propagator)?;
-        if let Some(maneuver) = scene.maneuver.as_ref().filter(|_| !planned) {
-            let body = &scene.bodies[maneuver.body].name;
+        let steered = scene.maneuver.as_ref().filter(|_| !planned);
+        let steered = steered.map(|maneuver| &scene.bodies[maneuver.body].name);
+        if let Some(body) = steered.filter(|body| !options.await_wrench.contains(body)) {
             course.progress.say(&format!(
                 "waiting at step 0 for a control sequence for {body} on /lgvi_propagator/control_sequence \
                  (lgvi_msgs/msg/ControlSequence); Ctrl-C ends the wait"

@@ -9,11 +9,12 @@ use lgvi_scene::Scene;
 
 use super::difference::{Difference, Value};
 
-/// Flies on to the state's step and compares all that a state has. Its number is not compared: it tells which state it is.
+/// Flies on to the state's step, after `prepare` before each, and compares all that a state has. Its number is not compared: it tells which state it is.
 pub(super) fn compare(
     scene: &Scene,
     flight: &mut Flight,
     recorded: &SystemState,
+    prepare: impl FnMut(&mut Flight) -> Result<(), String>,
 ) -> Result<Option<Difference>, String> {
     let SystemState {
         header,
@@ -28,7 +29,7 @@ pub(super) fn compare(
     if found != expected {
         return Err(at_step(format!("{found} bodies, the scene has {expected}")));
     }
-    fly(scene, flight, step)?;
+    fly(scene, flight, step, prepare)?;
     let difference = |body: &str, field: String, [recorded, computed]: [Value; 2]| Difference {
         step,
         body: body.into(),
@@ -91,7 +92,12 @@ fn of_body(recorded: &BodyState, computed: &BodyState) -> Option<(String, [Value
     different.map(|(field, index, values)| (format!("{field}[{index}]"), values.map(Value::Number)))
 }
 
-fn fly(scene: &Scene, flight: &mut Flight, step: u64) -> Result<(), String> {
+fn fly(
+    scene: &Scene,
+    flight: &mut Flight,
+    step: u64,
+    mut prepare: impl FnMut(&mut Flight) -> Result<(), String>,
+) -> Result<(), String> {
     if step < flight.step() || step > scene.steps {
         let (from, to) = (flight.step(), scene.steps);
         return Err(format!(
@@ -100,6 +106,7 @@ fn fly(scene: &Scene, flight: &mut Flight, step: u64) -> Result<(), String> {
     }
     while flight.step() < step {
         let at = flight.step();
+        prepare(flight)?;
         flight.advance().map_err(|error| {
             let error = scene.step_error(&error);
             format!("the repetition fails at step {at}: {error}")

@@ -5,7 +5,7 @@ use std::slice::Iter;
 
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{Intervention, SystemState};
-use lgvi_propagator::{Flight, SetStates};
+use lgvi_propagator::{Controls, Flight, SetStates};
 use lgvi_scene::Scene;
 
 use super::compare::compare;
@@ -21,22 +21,27 @@ pub(super) struct Repetition<'c> {
     end: u64,
     /// States that are not in the bag, before those that are.
     pub(super) missing: u64,
+    /// Sequences that have yet to be accepted, the next one last, each with the step by which it must be.
+    controls: Vec<(u64, Controls)>,
     /// What is set on the way.
     set: Peekable<Iter<'c, (u64, &'c Intervention)>>,
 }
 
 impl<'c> Repetition<'c> {
-    /// Begins at the scene's start, with all controls of the course.
+    /// Begins at the scene's start. The controls of the course are accepted in their order, each by the first step at which
+    /// it or one behind it acts: all at the start would be so many to look through in each step.
     pub(super) fn begin(bag: &'c FlightBag, course: &'c Course<'c>) -> Result<Self, NodeError> {
-        let mut flight = Flight::new(&bag.scene).map_err(NodeError::input)?;
-        for controls in bag.check(course.controls) {
-            flight
-                .accept(controls?)
-                .map_err(|error| bag.refuse(&error))?;
-        }
+        let flight = Flight::new(&bag.scene).map_err(NodeError::input)?;
+        let controls = bag.check(course.controls).collect::<Result<Vec<_>, _>>()?;
+        let mut by = u64::MAX;
+        let controls = controls.into_iter().rev().map(|controls| {
+            by = by.min(controls.first_step);
+            (by, controls)
+        });
         Ok(Self {
             bag,
             flight,
+            controls: controls.collect(),
             next: course.samples.start,
             end: course.samples.end,
             missing: 0,
@@ -46,7 +51,12 @@ impl<'c> Repetition<'c> {
 
     /// Goes on to the next state, and compares.
     pub(super) fn compare(&mut self, state: &SystemState) -> Result<Option<Difference>, NodeError> {
-        let Self { bag, flight, .. } = self;
+        let Self {
+            bag,
+            flight,
+            controls,
+            ..
+        } = self;
         let number = state.sequence;
         let missing = number.checked_sub(self.next).ok_or_else(|| {
             let (topic, next) = (bag.state_topic(), self.next);
@@ -57,7 +67,14 @@ impl<'c> Repetition<'c> {
         if let Some((_, intervention)) = self.set.next_if(|(sample, _)| *sample == number) {
             set_states(&bag.scene, flight, intervention).map_err(|error| bag.refuse(&error))?;
         }
-        compare(&bag.scene, flight, state).map_err(|error| bag.refuse(&error))
+        let prepare = |flight: &mut Flight| {
+            let step = flight.step();
+            while let Some((_, next)) = controls.pop_if(|(by, _)| *by <= step) {
+                flight.accept(next).map_err(|error| error.to_string())?;
+            }
+            Ok(())
+        };
+        compare(&bag.scene, flight, state, prepare).map_err(|error| bag.refuse(&error))
     }
 
     /// Whether no state of the course is left.

@@ -11,7 +11,7 @@ use lgvi_msgs::msg::{ControlSequence, Intervention};
 use rtrb::{Consumer, Producer};
 
 use super::counted::{self, Counts};
-use super::{LinkError, Published, Request, Shared};
+use super::{LinkError, Published, Request, SEQUENCES, Shared, Verdict};
 use crate::messages::Snapshot;
 use crate::wrench::Wrench;
 use crate::{ControlError, Controls};
@@ -35,9 +35,8 @@ pub(crate) struct LinkEnd {
     pub(super) filled: Producer<Snapshot>,
     pub(super) empty: Consumer<Snapshot>,
     pub(super) controls: Consumer<Arc<Controls>>,
-    pub(super) verdicts: Producer<Result<u64, ControlError>>,
+    pub(super) verdicts: Producer<Verdict>,
     pub(super) wrenches: Consumer<Wrench>,
-    pub(super) flown: Producer<ControlSequence>,
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) counts: Vec<Arc<Counts>>,
     pub(super) lossless: Arc<AtomicBool>,
@@ -55,21 +54,26 @@ impl LinkEnd {
     /// Says what became of it: the step at which it was accepted, or why it was not.
     pub(crate) fn answer(&mut self, verdict: Result<u64, ControlError>) {
         // There is a place for each sequence that is pending.
-        let _ = self.verdicts.push(verdict);
+        let _ = self.verdicts.push(Verdict::Answer(verdict));
     }
 
-    /// Takes the next wrench that has come in, if what it becomes can be published.
-    pub(crate) fn next_wrench(&mut self) -> Option<Wrench> {
-        if self.flown.is_full() {
+    /// Takes the next wrench that has come in, if what it and `others` become can be published.
+    pub(crate) fn next_wrench(&mut self, others: usize) -> Option<Wrench> {
+        if self.verdicts.slots() <= SEQUENCES + others {
             return None;
         }
         self.wrenches.pop().ok()
     }
 
+    /// Forgets the wrenches that have come in.
+    pub(crate) fn forget_wrenches(&mut self) {
+        while self.wrenches.pop().is_ok() {}
+    }
+
     /// Has a sequence published that a wrench has become.
     pub(crate) fn flies(&mut self, sequence: ControlSequence) {
         // There is a place: see `next_wrench`.
-        let _ = self.flown.push(sequence);
+        let _ = self.verdicts.push(Verdict::Flown(Box::new(sequence)));
     }
 
     /// Has the thread look for what was handed over, for somebody waits for an answer.
@@ -117,7 +121,19 @@ impl LinkEnd {
         };
         snapshot.step = step;
         snapshot.states.copy_from_slice(states);
+        snapshot.again = false;
         self.filled.push(snapshot).is_ok()
+    }
+
+    /// Has the odometry of a state published once more, for those who have come since.
+    pub(crate) fn repeat(&mut self, step: u64, states: &[BodyState]) {
+        if let Ok(mut snapshot) = self.empty.pop() {
+            snapshot.step = step;
+            snapshot.states.copy_from_slice(states);
+            snapshot.again = true;
+            let _ = self.filled.push(snapshot);
+            self.wake();
+        }
     }
 
     /// Whether the ROS side has the subscribers that were asked for.
@@ -182,11 +198,11 @@ mod tests {
         let (other_controls, controls) = RingBuffer::new(1);
         let (verdicts, other_verdicts) = RingBuffer::new(1);
         let (other_wrenches, wrenches) = RingBuffer::new(1);
-        let (flown, other_flown) = RingBuffer::new(1);
         let (requests, other_requests) = mpsc::channel();
         let snapshot = Snapshot {
             step: 0,
             states: Vec::new(),
+            again: false,
         };
         other_empty.push(snapshot).unwrap();
         let shared = Arc::new(Shared::default());
@@ -198,7 +214,6 @@ mod tests {
                 other_controls,
                 other_verdicts,
                 other_wrenches,
-                other_flown,
                 other_requests,
             );
             panic!("as a fault of the ROS side does");
@@ -212,7 +227,6 @@ mod tests {
             controls,
             verdicts,
             wrenches,
-            flown,
             requests,
             counts: Vec::new(),
             lossless: Arc::new(AtomicBool::new(true)),

@@ -20,7 +20,7 @@ use std::time::Duration;
 
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::shm::ShmNode;
-use lgvi_msgs::msg::Intervention;
+use lgvi_msgs::msg::{ControlSequence, Intervention};
 use lgvi_msgs::shm::Name;
 use lgvi_scene::Scene;
 use rtrb::RingBuffer;
@@ -45,6 +45,14 @@ const SEQUENCES: usize = 8;
 
 /// Wrenches on their way to the loop, and back as sequences that are flown.
 const WRENCHES: usize = 256;
+
+/// What has become of what came in, in the order in which the loop has taken it.
+enum Verdict {
+    /// A sequence was accepted at a step, or refused.
+    Answer(Result<u64, ControlError>),
+    /// A wrench is flown as this sequence.
+    Flown(Box<ControlSequence>),
+}
 
 /// Messages published, by topic.
 pub(crate) type Published = BTreeMap<String, u64>;
@@ -111,12 +119,15 @@ pub(crate) fn start(
     let (filled_in, filled_out) = RingBuffer::new(SNAPSHOTS);
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
     let (controls_in, controls_out) = RingBuffer::new(SEQUENCES);
-    let (verdicts_in, verdicts_out) = RingBuffer::new(SEQUENCES);
+    let (verdicts_in, verdicts_out) = RingBuffer::new(SEQUENCES + WRENCHES);
     let (wrenches_in, wrenches_out) = RingBuffer::new(WRENCHES);
-    let (held_in, held_out) = RingBuffer::new(WRENCHES);
     for _ in 0..SNAPSHOTS {
         let states = scene.bodies.iter().map(|body| body.state).collect();
-        let _ = empty_in.push(Snapshot { step: 0, states });
+        let _ = empty_in.push(Snapshot {
+            step: 0,
+            states,
+            again: false,
+        });
     }
     let shared = Arc::new(Shared::default());
     let (requests_in, requests_out) = mpsc::channel();
@@ -128,7 +139,6 @@ pub(crate) fn start(
         monitor: Arc::clone(monitor),
         sequences: Sequences::new(&node.ros, shm, "~/control_sequence")?,
         wrenches: Wrenches::new(&node.ros, scene, &config.wrenches, wrenches_in)?,
-        flown: held_out,
         filled: filled_out,
         empty: empty_in,
         controls: controls_in,
@@ -155,7 +165,6 @@ pub(crate) fn start(
         controls: controls_out,
         verdicts: verdicts_in,
         wrenches: wrenches_out,
-        flown: held_in,
         requests: requests_in,
         counts,
         lossless,

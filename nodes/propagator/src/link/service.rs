@@ -21,7 +21,7 @@ use super::sequences::Sequences;
 use super::settling::Settling;
 use super::topics::Topics;
 use super::wrenches::Wrenches;
-use super::{Request, SEQUENCES, SNAPSHOTS, Shared};
+use super::{Request, SEQUENCES, SNAPSHOTS, Shared, Verdict};
 use crate::messages::{self, Snapshot};
 use crate::monitor::Monitor;
 use crate::{ControlError, Controls};
@@ -45,10 +45,8 @@ pub(super) struct Link {
     pub(super) filled: Consumer<Snapshot>,
     pub(super) empty: Producer<Snapshot>,
     pub(super) controls: Producer<Arc<Controls>>,
-    pub(super) verdicts: Consumer<Result<u64, ControlError>>,
+    pub(super) verdicts: Consumer<Verdict>,
     pub(super) wrenches: Wrenches,
-    /// Sequences that the loop has made of wrenches and flies.
-    pub(super) flown: Consumer<ControlSequence>,
     pub(super) requests: mpsc::Receiver<Request>,
     /// What the loop holds. Kept until it has let go, so that the memory is given back here and not by the loop.
     pub(super) held: Vec<Arc<Controls>>,
@@ -180,7 +178,8 @@ impl Link {
     fn publish(&mut self, snapshot: &Snapshot, sequence: &mut u64) {
         let (scene, topics) = (&self.scene, &mut self.topics);
         // A scene's stamps all fit ROS time: it was checked when it was compiled.
-        if topics.state.wanted()
+        if !snapshot.again
+            && topics.state.wanted()
             && let Ok(message) = messages::system_state(scene, &self.names, snapshot, *sequence)
         {
             topics.state.send(&message);
@@ -192,6 +191,9 @@ impl Link {
             {
                 topic.send(&message);
             }
+        }
+        if snapshot.again {
+            return;
         }
         if topics.tf.wanted()
             && let Ok(message) = messages::transforms(scene, snapshot)
@@ -268,10 +270,14 @@ impl Link {
 
     /// Publishes the sequences that the loop has accepted: they are what is flown.
     fn answer_pending(&mut self) {
-        while let Ok(message) = self.flown.pop() {
-            self.topics.flown.send(&message);
-        }
         while let Ok(verdict) = self.verdicts.pop() {
+            let verdict = match verdict {
+                Verdict::Answer(verdict) => verdict,
+                Verdict::Flown(message) => {
+                    self.topics.flown.send(&message);
+                    continue;
+                }
+            };
             let Some(message) = self.pending.pop_front() else {
                 return;
             };

@@ -16,6 +16,9 @@ use super::settling::Outgoing;
 /// Depth of the topics that stream.
 const STREAM_DEPTH: usize = 1000;
 
+/// Depth of what is flown: a controller may send fifty wrenches a second.
+const FLOWN_DEPTH: usize = 128;
+
 /// The node's topics.
 pub(super) struct Topics {
     pub(super) state: Counted<SystemState>,
@@ -56,7 +59,7 @@ impl Topics {
             scene: Counted::new(ros, "~/scene", &once, lossless)?,
             tf_static,
             markers: Counted::new(ros, "~/markers", &once, lossless)?,
-            flown: Counted::new(ros, "~/flown_control", &Qos::latched(16), lossless)?,
+            flown: Counted::new(ros, "~/flown_control", &Qos::latched(FLOWN_DEPTH), lossless)?,
             intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
             clock: clock.then(|| FlightClock::new(ros)).transpose()?,
             state: Counted::new(ros, "~/state", &stream, lossless)?,

@@ -15,6 +15,8 @@ use crate::Flight;
 pub(crate) struct Snapshot {
     pub(crate) step: u64,
     pub(crate) states: Vec<BodyState>,
+    /// Whether it has been published before: then only its odometry is.
+    pub(crate) again: bool,
 }
 
 /// The header of the `sequence`-th state sample, taken at `step`.
@@ -140,6 +142,7 @@ mod tests {
         let snapshot = Snapshot {
             step: 5,
             states: vec![scene.bodies[0].state],
+            again: false,
         };
         let odometry = odometry(&scene, 0, &snapshot).unwrap();
         assert_eq!(odometry.header.frame_id, "inertial");

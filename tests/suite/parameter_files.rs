@@ -177,7 +177,8 @@ fn random(name: &str, shown: &str, random: &mut fastrand::Rng) -> Option<String>
             format!("[{}]", words.join(", "))
         }
         number if number.parse::<i64>().is_ok() => random.i64(1..1000).to_string(),
-        number if number.parse::<f64>().is_ok() => {
+        // In YAML, infinity is `.inf`.
+        number if number == ".inf" || number.parse::<f64>().is_ok() => {
             // As far as the narrowest range.
             format!("{:?}", 10_f64.powf(10.0 * random.f64() - 3.0).min(1e6))
         }

@@ -9,7 +9,7 @@ pub struct Choice {
     pub method: Method,
     /// Steps of the method in each step of the run.
     pub substeps: u32,
-    /// The error at the end of the run, as [`Accuracy`] measures it: the error against the reference plus the
+    /// The error at the end of the run, as [`Accuracy`](crate::Accuracy) measures it: the error against the reference plus the
     /// reference's own error.
     pub error: f64,
     /// The basis of the error estimate.

@@ -81,18 +81,19 @@ pub(crate) const CASES: [Setting; 12] = [
     },
     Setting::attitude("d_dumbbell_central", 100.0, "t = 100"),
     Setting {
-        steps: 720,
+        steps: 180,
         targets: [1.0, 1e-3, 1e-5],
         coarse: 1e2,
         ..Setting::position("e_kw4_like", 2_592_000.0, "30 days (m)")
     },
     Setting {
-        steps: 400,
+        steps: 100,
         targets: [1e-3, 1e-6, 1e-9],
         coarse: 1e1,
         ..Setting::position("f_outer_planets", 200_000.0, "t = 200 000 days (AU)")
     },
     Setting {
+        steps: 10,
         targets: [1e-4, 1e-7, 1e-10],
         ..Setting::position("g_kepler", 100.0, "t = 100")
     },

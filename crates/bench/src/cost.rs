@@ -9,6 +9,7 @@ use lgvi_truth::Case;
 
 use crate::clock::Moment;
 use crate::error::BenchError;
+use crate::peer::compiled;
 use crate::spread::{Spread, short};
 use crate::tables::Table;
 
@@ -116,19 +117,7 @@ struct TightLoop(tempfile::TempPath);
 
 impl TightLoop {
     fn compile(flags: &[&str]) -> Result<Self, BenchError> {
-        let refuse = |error: &dyn std::fmt::Display| BenchError::Peer(format!("g++: {error}"));
-        let file = tempfile::NamedTempFile::new().map_err(|error| refuse(&error))?;
-        let program = file.into_temp_path();
-        let compiled = Command::new("g++")
-            .args(flags)
-            .args([TIGHT_LOOP, "-o"])
-            .arg(&program)
-            .status()
-            .map_err(|error| refuse(&error))?;
-        match compiled.success() {
-            true => Ok(Self(program)),
-            false => Err(refuse(&compiled)),
-        }
+        compiled(TIGHT_LOOP, flags).map(Self)
     }
 
     /// Times a step (ns) of both flights.

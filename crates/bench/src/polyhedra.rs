@@ -11,6 +11,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::clock::{Moment, nanoseconds};
 use crate::error::BenchError;
+use crate::peer::compiled;
 use crate::spread::{Spread, short};
 use crate::tables::Table;
 
@@ -194,18 +195,7 @@ struct Peer(tempfile::TempPath);
 
 impl Peer {
     fn compile() -> Result<Self, BenchError> {
-        let refuse = |error: &dyn std::fmt::Display| BenchError::Peer(format!("g++: {error}"));
-        let file = tempfile::NamedTempFile::new().map_err(|error| refuse(&error))?;
-        let program = file.into_temp_path();
-        let compiled = Command::new("g++")
-            .args(["-O3", "-march=native", "-std=c++17", PEER, "-o"])
-            .arg(&program)
-            .status()
-            .map_err(|error| refuse(&error))?;
-        match compiled.success() {
-            true => Ok(Self(program)),
-            false => Err(refuse(&compiled)),
-        }
+        compiled(PEER, &["-O3", "-march=native", "-std=c++17"]).map(Self)
     }
 
     /// As [`Orbit::fly`].

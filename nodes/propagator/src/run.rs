@@ -513,10 +513,7 @@ impl Propagator {
     /// Publishes the present state where its turn has come, or in any case.
     pub(crate) fn publish(&mut self, wait: Wait) -> Result<(), NodeError> {
         let step = self.flight.step();
-        let answered = self
-            .cycle
-            .as_ref()
-            .is_some_and(|cycle| cycle.begins_at(step));
+        let answered = self.is_answered(step);
         let always = step == self.scene.steps || wait == Wait::Always || answered;
         if always || step.is_multiple_of(self.rates.state_every) {
             self.sample()?;

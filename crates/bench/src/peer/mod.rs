@@ -1,11 +1,13 @@
-//! Peers: programs of others, run by a Python that has them.
+//! Peers: programs of others, run by a Python that has them, and loops in C++.
 
+mod compiled;
 mod flyer;
 mod process;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+pub(crate) use compiled::compiled;
 pub(crate) use flyer::{Flyer, Tuning};
 pub(crate) use process::Process;
 

@@ -89,12 +89,7 @@ impl Kepler {
         method.check(system, states).ok()?;
         method.start(system, states);
         let (solved, coasts) = method.outline()?;
-        let mut coasting = [0.0; 3];
-        for (body, coasts) in system.bodies().iter().zip(coasts) {
-            if *coasts && !body.mobility().is_given() {
-                coasting[different(body.inertia()) - 1] += 1.0;
-            }
-        }
+        let coasting = count(system, |body| coasts[body]);
         Some(Self { solved, coasting })
     }
 }
@@ -103,27 +98,16 @@ impl Cost {
     pub(super) fn new(system: &mut System, states: &[BodyState]) -> Self {
         let kepler = Kepler::of(system, states);
         let expansion = Size::of(system).map(|size| {
-            let mut free = [0.0; 3];
-            let bodies = system.bodies().iter().zip(states).zip(&size.turning);
-            for ((body, state), expanded) in bodies {
-                let turns = state.angular_momentum != Vector3::zeros();
-                if turns && !expanded && !body.mobility().is_given() {
-                    free[different(body.inertia()) - 1] += 1.0;
-                }
-            }
+            let turns = |body: usize| states[body].angular_momentum != Vector3::zeros();
+            let free = count(system, |body| turns(body) && !size.turning[body]);
             (size, free)
         });
-        let mut moving = [0.0; 3];
         let bodies = system.bodies().iter();
         let is_pivoted = |body: &&RigidBody| *body.mobility() == Mobility::Pivoted;
-        let pivoted = bodies.clone().filter(is_pivoted).count() as f64;
-        for body in bodies.filter(|body| !body.mobility().is_given()) {
-            moving[different(body.inertia()) - 1] += 1.0;
-        }
         Self {
             gravity: POINT * system.cost(),
-            moving,
-            pivoted,
+            moving: count(system, |_| true),
+            pivoted: bodies.filter(is_pivoted).count() as f64,
             expansion,
             kepler,
         }
@@ -207,6 +191,17 @@ impl Cost {
     fn bodies(&self) -> f64 {
         self.moving.iter().sum()
     }
+}
+
+/// Numbers of those moving bodies that are counted, by their numbers of distinct principal moments.
+fn count(system: &System, counts: impl Fn(usize) -> bool) -> [f64; 3] {
+    let mut numbers = [0.0; 3];
+    for (index, body) in system.bodies().iter().enumerate() {
+        if counts(index) && !body.mobility().is_given() {
+            numbers[different(body.inertia()) - 1] += 1.0;
+        }
+    }
+    numbers
 }
 
 /// The number of distinct principal moments.

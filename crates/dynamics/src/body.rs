@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::gravity::{Multipole, Polyhedron, PolyhedronError, PolyhedronMass};
+use crate::wheels::Wheels;
 use crate::{Inertia, InertiaError, Mobility};
 
 /// A point mass fixed in a body.
@@ -34,6 +35,7 @@ pub struct RigidBody {
     distribution: MassDistribution,
     radius: f64,
     mobility: Mobility,
+    wheels: Option<Box<Wheels>>,
 }
 
 /// Reasons why a mass and its distribution do not describe a rigid body.
@@ -126,6 +128,7 @@ impl RigidBody {
             distribution: MassDistribution::Points(points),
             radius: 0.0,
             mobility: Mobility::Pivoted,
+            wheels: None,
         };
         if !(mass.is_finite() && mass > 0.0) {
             return Err(BodyError::Mass(mass));
@@ -233,6 +236,20 @@ impl RigidBody {
         Self { inertia, ..self }
     }
 
+    /// Returns this body, whose inertia is that with locked wheels, with reaction wheels that turn. The inertia of the rest
+    /// takes the place of its inertia. The wheels' masses are part of the body.
+    ///
+    /// # Errors
+    /// Returns an error if the inertia of the rest is not that of a rigid body.
+    pub fn with_wheels(self, wheels: Wheels) -> Result<Self, BodyError> {
+        let rest = self.inertia.matrix() - wheels.axial_inertia();
+        Ok(Self {
+            inertia: Inertia::new(rest)?,
+            wheels: Some(Box::new(wheels)),
+            ..self
+        })
+    }
+
     /// Returns this body with another mobility.
     pub fn with_mobility(self, mobility: Mobility) -> Self {
         Self { mobility, ..self }
@@ -283,7 +300,17 @@ impl RigidBody {
         Multipole::of_second_moments(self.attracted_mass(), &second)
     }
 
-    /// Inertia `J` about the center of mass.
+    /// The reaction wheels, with their momenta.
+    pub fn wheels(&self) -> Option<&Wheels> {
+        self.wheels.as_deref()
+    }
+
+    /// The reaction wheels, to set their states and commands.
+    pub fn wheels_mut(&mut self) -> Option<&mut Wheels> {
+        self.wheels.as_deref_mut()
+    }
+
+    /// Inertia `J` about the center of mass. Of a body with reaction wheels it is that without their inertia about their axes.
     pub fn inertia(&self) -> &Inertia {
         &self.inertia
     }

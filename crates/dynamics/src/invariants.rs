@@ -6,7 +6,7 @@ use crate::{BodyState, System};
 /// Quantities conserved by the exact flow of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Invariants {
-    /// Sum of kinetic and potential energy of all bodies.
+    /// Sum of kinetic and potential energy of all bodies and their wheels.
     pub energy: f64,
     /// Total linear momentum, inertial frame. Conserved if all gravity is mutual.
     pub linear_momentum: Vector3<f64>,
@@ -31,6 +31,10 @@ impl Invariants {
             sum.linear_momentum += state.linear_momentum;
             sum.angular_momentum += state.position.cross(&state.linear_momentum)
                 + state.attitude * state.angular_momentum;
+            if let Some(wheels) = body.wheels() {
+                sum.energy += wheels.energy();
+                sum.angular_momentum += state.attitude * wheels.momentum();
+            }
             sum.orthogonality_error = sum
                 .orthogonality_error
                 .max(orthogonality_error(&state.attitude));

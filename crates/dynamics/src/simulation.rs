@@ -1,10 +1,12 @@
 use lgvi_lie::orthogonality_error;
+use nalgebra::Vector3;
 
 use crate::docking::{Docked, Docking, Dockings};
 use crate::gravity::Gravity;
 use crate::integrator::Subdivision;
 use crate::range::{check_body, check_step};
 use crate::skip::{LevelSwitching, Skip};
+use crate::wheels::WheelState;
 use crate::{
     BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
 };
@@ -22,6 +24,17 @@ pub struct Simulation {
     /// States at the beginning of a step with several substeps.
     begun: Vec<BodyState>,
     dockings: Option<Box<Dockings>>,
+    /// What a step begins with, if bodies have wheels.
+    wheels: Option<Box<WheelsAtBegin>>,
+}
+
+/// The momenta of bodies and the states of their wheels at the beginning of a step.
+#[derive(Default)]
+struct WheelsAtBegin {
+    momenta: Vec<Vector3<f64>>,
+    states: Vec<WheelState>,
+    /// Torques act in the step.
+    torques: bool,
 }
 
 /// Largest depth of subdivision. Dividing a step into `2³⁰` is practically unlimited.
@@ -59,6 +72,7 @@ impl Simulation {
     ) -> Result<Self, MethodError> {
         check_step(h)?;
         check(&system, &states)?;
+        let has_wheels = system.bodies().iter().any(|body| body.wheels().is_some());
         system.constrain(&mut states);
         integrator.check(&mut system, &states)?;
         integrator.start(&mut system, &states);
@@ -72,6 +86,7 @@ impl Simulation {
             substeps: 1,
             step: 0,
             dockings: None,
+            wheels: has_wheels.then(Box::default),
         })
     }
 
@@ -136,17 +151,81 @@ impl Simulation {
                 found: controls.len(),
             });
         }
+        let made = if self.wheels.is_some() {
+            self.advance_wheeled(controls)
+        } else {
+            self.advance_once(controls)
+        };
+        self.step += u64::from(made.is_ok());
+        made
+    }
+
+    #[inline]
+    fn advance_once(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         let joined = match &mut self.dockings {
             Some(dockings) => dockings.advance(&self.system, &mut self.states, controls, self.step),
             None => None,
         };
-        let made = match joined {
+        match joined {
             Some(made) => made,
             None if self.substeps == 1 => self.substep(controls, self.h),
             None => self.substeps(controls),
-        };
-        self.step += u64::from(made.is_ok());
+        }
+    }
+
+    /// Makes one step in which the wheels' torques act as half an impulse at each end.
+    #[cold]
+    fn advance_wheeled(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
+        let h = self.h;
+        let mut begin = self.wheels.take().unwrap_or_default();
+        let mut torques = begin.torques;
+        begin.momenta.clear();
+        begin.states.clear();
+        begin.torques = false;
+        for (body, state) in self.system.bodies_mut().iter_mut().zip(&mut self.states) {
+            begin.momenta.push(state.angular_momentum);
+            let rate = state.angular_velocity(body);
+            if let Some(wheels) = body.wheels_mut() {
+                begin.states.extend_from_slice(wheels.states());
+                state.angular_momentum += wheels.begin_step(&rate, h);
+                begin.torques |= wheels.states().iter().any(|wheel| wheel.torque != 0.0);
+            }
+        }
+        torques |= begin.torques;
+        // An error control goes on from the end of its last own step, which is another one under torques.
+        if torques && self.integrator.cuts_steps() {
+            self.integrator.start(&mut self.system, &self.states);
+        }
+        let made = self.advance_once(controls);
+        let mut before = begin.states.as_slice();
+        let bodies = self.system.bodies_mut().iter_mut();
+        for ((body, state), momentum) in bodies.zip(&mut self.states).zip(&begin.momenta) {
+            let Some(wheels) = body.wheels_mut() else {
+                continue;
+            };
+            let (own, others) = before.split_at(wheels.states().len());
+            before = others;
+            if made.is_err() {
+                wheels.set_states(own);
+                state.angular_momentum = *momentum;
+                continue;
+            }
+            state.angular_momentum += wheels.end_step(h);
+            let rate = state.angular_velocity(body);
+            if let Some(wheels) = body.wheels_mut() {
+                wheels.turn(&rate, h);
+            }
+        }
+        self.wheels = Some(begin);
         made
+    }
+
+    /// Sets the torques that the motors of a body's wheels are asked for from the next step on, one per wheel. Without
+    /// wheels it does nothing.
+    pub fn set_wheel_commands(&mut self, body: usize, torques: &[f64]) {
+        if let Some(wheels) = self.system.bodies_mut()[body].wheels_mut() {
+            wheels.set_commands(torques);
+        }
     }
 
     /// Makes one step of the method.

@@ -11,7 +11,8 @@ pub struct BodyState {
     pub linear_momentum: Vector3<f64>,
     /// `R`: rotation matrix, body to inertial.
     pub attitude: Matrix3<f64>,
-    /// `Π = J Ω`: angular momentum about the center of mass, body frame.
+    /// `Π = J Ω`: angular momentum about the center of mass, body frame, without that of [`wheels`](crate::wheels) about
+    /// their axes.
     pub angular_momentum: Vector3<f64>,
 }
 

@@ -43,6 +43,11 @@ impl System {
         &self.bodies
     }
 
+    /// The same, to set the states and commands of their wheels.
+    pub fn bodies_mut(&mut self) -> &mut [RigidBody] {
+        &mut self.bodies
+    }
+
     /// Sets `loads` (one per body) to the gravity in `states`.
     pub fn loads(&mut self, states: &[BodyState], loads: &mut [Load]) {
         for load in loads.iter_mut() {

@@ -2,10 +2,10 @@ mod coasting;
 
 pub(super) use coasting::Coasting;
 
-use super::rotor::BodyRotation;
+use super::rotor::{BodyRotation, GyrostatRotation, WheeledRotation};
 use super::warm_start::{Solutions, WarmStart};
 use super::{Rotor, StepError};
-use crate::rotation::{DiscreteRotation, FreeRotation, Unsolvable};
+use crate::rotation::{DiscreteRotation, FreeRotation, Gyrostat, Unsolvable};
 use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
 
 /// Kicks, and free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
@@ -19,24 +19,42 @@ pub(super) struct Drift {
 enum Movers {
     Discrete(Vec<Mover<DiscreteRotation<f64>>>),
     Exact(Vec<Mover<FreeRotation>>),
+    /// The same where some bodies have wheels.
+    WheeledDiscrete(Vec<Mover<WheeledRotation<DiscreteRotation<f64>>>>),
+    WheeledExact(Vec<Mover<WheeledRotation<FreeRotation>>>),
 }
 
 impl Movers {
     fn of(rotor: Rotor, bodies: &[RigidBody]) -> Self {
-        match rotor {
-            Rotor::Discrete => Self::Discrete(movers(bodies, |inertia| inertia.rotation)),
-            Rotor::Exact => Self::Exact(movers(bodies, FreeRotation::new)),
+        let discrete = |inertia: &Inertia| inertia.rotation;
+        let exact = FreeRotation::new;
+        let wheeled = bodies.iter().any(|body| body.wheels().is_some());
+        match (rotor, wheeled) {
+            (Rotor::Discrete, false) => Self::Discrete(movers(bodies, |b| discrete(b.inertia()))),
+            (Rotor::Exact, false) => Self::Exact(movers(bodies, |b| exact(b.inertia()))),
+            (Rotor::Discrete, true) => Self::WheeledDiscrete(wheeled_movers(bodies, discrete)),
+            (Rotor::Exact, true) => Self::WheeledExact(wheeled_movers(bodies, exact)),
         }
     }
 }
 
-fn movers<T>(bodies: &[RigidBody], rotation: impl Fn(&Inertia) -> T) -> Vec<Mover<T>> {
+fn movers<T>(bodies: &[RigidBody], rotation: impl Fn(&RigidBody) -> T) -> Vec<Mover<T>> {
     let each = bodies.iter().map(|body| Mover {
         mobility: *body.mobility(),
         per_mass: body.mass().recip(),
-        rotation: rotation(body.inertia()),
+        rotation: rotation(body),
     });
     each.collect()
+}
+
+fn wheeled_movers<T>(
+    bodies: &[RigidBody],
+    rotation: impl Fn(&Inertia) -> T,
+) -> Vec<Mover<WheeledRotation<T>>> {
+    movers(bodies, |body| WheeledRotation {
+        plain: rotation(body.inertia()),
+        gyrostat: (body.wheels()).map(|wheels| Gyrostat::new(body.inertia(), wheels.momentum())),
+    })
 }
 
 /// The data of a body for its drifts.
@@ -104,11 +122,7 @@ impl<T: BodyRotation> Mover<T> {
                 return Ok(0);
             }
         }
-        let p = &state.angular_momentum;
-        let found = self.rotation.find(h, p, solutions.extrapolate())?;
-        solutions.note(found.correction);
-        (state.attitude, state.angular_momentum) = found.rotation.carry(&state.attitude, p);
-        Ok(found.iterations)
+        self.rotation.carry_any(state, h, solutions)
     }
 }
 
@@ -153,6 +167,23 @@ fn advance<'a>(
     Ok(most)
 }
 
+/// The same where some bodies have wheels.
+#[cold]
+#[inline(never)]
+fn advance_wheeled<'a>(
+    movers: &mut [Mover<WheeledRotation<impl GyrostatRotation>>],
+    bodies: &[RigidBody],
+    states: (&[BodyState], &mut [BodyState]),
+    kick: Kick,
+    h: f64,
+    solutions: impl Iterator<Item = Solutions<'a, f64>>,
+) -> Result<u32, StepError> {
+    for (mover, body) in movers.iter_mut().zip(bodies) {
+        mover.rotation.update(body);
+    }
+    advance(movers, bodies, states, kick, h, solutions)
+}
+
 impl Drift {
     /// Creates the drifts of `bodies`, with the rotations of `rotor`, for `stages` drifts per step.
     pub(super) fn new(rotor: Rotor, bodies: &[RigidBody], stages: usize) -> Self {
@@ -189,9 +220,13 @@ impl Drift {
             return self.coast(bodies, states, kick, h, stage, coasting);
         }
         let solutions = self.warm_start.of_stage(stage);
-        match &self.movers {
+        match &mut self.movers {
             Movers::Discrete(movers) => advance(movers, bodies, states, kick, h, solutions),
             Movers::Exact(movers) => advance(movers, bodies, states, kick, h, solutions),
+            Movers::WheeledDiscrete(all) => {
+                advance_wheeled(all, bodies, states, kick, h, solutions)
+            }
+            Movers::WheeledExact(all) => advance_wheeled(all, bodies, states, kick, h, solutions),
         }
     }
 }

@@ -2,6 +2,8 @@ use std::fmt;
 
 use thiserror::Error;
 
+use super::Method;
+
 use crate::gravity::CloseApproach;
 use crate::rotation::Unsolvable;
 
@@ -179,6 +181,16 @@ pub enum MethodError {
         /// Bodies that the method supports.
         expected: &'static str,
     },
+    /// The method does not support reaction wheels.
+    #[error(
+        "{method} cannot integrate body {body}, which has reaction wheels; use LGVI, a composition, Nyström, or Dormand–Prince"
+    )]
+    Wheels {
+        /// Name of the method.
+        method: Method,
+        /// Index of the body.
+        body: usize,
+    },
     /// The method does not support gravity.
     #[error("{method} integrates free bodies only, but gravity acts here")]
     Gravity {
@@ -218,9 +230,9 @@ pub enum MethodError {
         /// Greatest supported ratio.
         limit: f64,
     },
-    /// The ports of a docking are not on two different free bodies.
+    /// The ports of a docking are not on two different free bodies without wheels.
     #[error(
-        "docking {docking}: its ports are on two different free bodies, which body {body} is not"
+        "docking {docking}: its ports are on two different free bodies without wheels, which body {body} is not"
     )]
     Docking {
         /// Index of the docking, from 0.

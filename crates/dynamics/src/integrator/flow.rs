@@ -149,7 +149,11 @@ fn field(
         derivative[9 + i] = omega.x * r[(i, 2)] - omega.z * r[(i, 0)];
         derivative[12 + i] = omega.y * r[(i, 0)] - omega.x * r[(i, 1)];
     }
-    let moment = state.angular_momentum.cross(&omega) + (load.moment + control.moment);
+    let mut momentum = state.angular_momentum;
+    if let Some(wheels) = body.wheels() {
+        momentum += wheels.momentum();
+    }
+    let moment = momentum.cross(&omega) + (load.moment + control.moment);
     derivative[15..18].copy_from_slice(moment.as_slice());
 }
 

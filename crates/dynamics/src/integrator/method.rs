@@ -228,8 +228,39 @@ impl Method {
         )
     }
 
+    /// Returns true if it integrates bodies with [`wheels`](crate::wheels).
+    pub fn carries_wheels(self) -> bool {
+        match self {
+            Self::Lgvi(_)
+            | Self::LieEuler(_)
+            | Self::Composition { .. }
+            | Self::Nystrom { .. }
+            | Self::ExplicitMidpoint
+            | Self::ImplicitMidpoint
+            | Self::CrouchGrossman
+            | Self::RungeKutta4
+            | Self::Fehlberg78 { .. }
+            | Self::DormandPrince853 { .. } => true,
+            Self::LagrangianLgvi
+            | Self::WisdomHolman { .. }
+            | Self::ClosedForm
+            | Self::Taylor { .. }
+            | Self::Galerkin { .. }
+            | Self::EulerPoincare { .. } => false,
+        }
+    }
+
     /// Creates the integrator for `system`.
+    ///
+    /// # Errors
+    /// Returns an error if the method does not integrate such systems.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
+        let mut bodies = system.bodies().iter();
+        if let Some(body) = bodies.position(|body| body.wheels().is_some())
+            && !self.carries_wheels()
+        {
+            return Err(MethodError::Wheels { method: self, body });
+        }
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),
             Self::LagrangianLgvi => Box::new(LagrangianLgvi::new(system)?),

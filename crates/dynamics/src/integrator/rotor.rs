@@ -5,7 +5,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::warm_start::Solutions;
 use crate::BodyState;
-use crate::rotation::{DiscreteRotation, FreeRotation, Solved, Unsolvable};
+use crate::RigidBody;
+use crate::rotation::{DiscreteRotation, FreeRotation, Gyrostat, Unsolvable};
 
 /// The computation of a body's rotation over a drift.
 pub(super) trait BodyRotation {
@@ -19,8 +20,13 @@ pub(super) trait BodyRotation {
         next: &mut BodyState,
     ) -> bool;
 
-    /// Solves for the rotation with as many iterations as needed.
-    fn find(&self, h: f64, p: &Vector3<f64>, guess: f64) -> Result<Solved, Unsolvable>;
+    /// Rotates `state` over `h`, with as many iterations as needed. Returns their number.
+    fn carry_any(
+        &self,
+        state: &mut BodyState,
+        h: f64,
+        solutions: &mut Solutions<f64>,
+    ) -> Result<u32, Unsolvable>;
 }
 
 impl BodyRotation for DiscreteRotation<f64> {
@@ -40,8 +46,17 @@ impl BodyRotation for DiscreteRotation<f64> {
         true
     }
 
-    fn find(&self, h: f64, p: &Vector3<f64>, guess: f64) -> Result<Solved, Unsolvable> {
-        self.find(h, p, guess)
+    fn carry_any(
+        &self,
+        state: &mut BodyState,
+        h: f64,
+        solutions: &mut Solutions<f64>,
+    ) -> Result<u32, Unsolvable> {
+        let p = &state.angular_momentum;
+        let found = self.find(h, p, solutions.extrapolate())?;
+        solutions.note(found.correction);
+        (state.attitude, state.angular_momentum) = found.rotation.carry(&state.attitude, p);
+        Ok(found.iterations)
     }
 }
 
@@ -58,12 +73,92 @@ impl BodyRotation for FreeRotation {
         true
     }
 
-    fn find(&self, h: f64, p: &Vector3<f64>, _: f64) -> Result<Solved, Unsolvable> {
+    fn carry_any(
+        &self,
+        state: &mut BodyState,
+        h: f64,
+        _: &mut Solutions<f64>,
+    ) -> Result<u32, Unsolvable> {
+        let p = &state.angular_momentum;
         let (rotation, _): (Quaternion, _) = self.flow(p, h);
-        Ok(Solved {
-            rotation,
-            correction: 0.0,
-            iterations: 0,
-        })
+        (state.attitude, state.angular_momentum) = rotation.carry(&state.attitude, p);
+        Ok(0)
+    }
+}
+
+/// The rotation of a body in a system in which some bodies have wheels.
+pub(super) struct WheeledRotation<T> {
+    /// Its rotation without wheels.
+    pub(super) plain: T,
+    /// The data of a body with wheels.
+    pub(super) gyrostat: Option<Gyrostat>,
+}
+
+/// The rotors of gyrostats.
+pub(super) trait GyrostatRotation: BodyRotation {
+    /// The rotation over `h` from the total momentum, and the number of iterations.
+    fn of(
+        gyrostat: &Gyrostat,
+        h: f64,
+        total: &Vector3<f64>,
+    ) -> Result<(Quaternion, u32), Unsolvable>;
+}
+
+impl GyrostatRotation for DiscreteRotation<f64> {
+    fn of(
+        gyrostat: &Gyrostat,
+        h: f64,
+        total: &Vector3<f64>,
+    ) -> Result<(Quaternion, u32), Unsolvable> {
+        gyrostat.discrete(h, total)
+    }
+}
+
+impl GyrostatRotation for FreeRotation {
+    fn of(
+        gyrostat: &Gyrostat,
+        h: f64,
+        total: &Vector3<f64>,
+    ) -> Result<(Quaternion, u32), Unsolvable> {
+        Ok((gyrostat.exact(h, total)?, 0))
+    }
+}
+
+impl<T> WheeledRotation<T> {
+    /// Takes the present momentum of the wheels.
+    pub(super) fn update(&mut self, body: &RigidBody) {
+        if let (Some(gyrostat), Some(wheels)) = (&mut self.gyrostat, body.wheels()) {
+            gyrostat.stored = wheels.momentum();
+        }
+    }
+}
+
+impl<T: GyrostatRotation> BodyRotation for WheeledRotation<T> {
+    fn carry(
+        &self,
+        from: (&Matrix3<f64>, &Vector3<f64>),
+        h: f64,
+        solutions: &mut Solutions<f64>,
+        next: &mut BodyState,
+    ) -> bool {
+        // A gyrostat is carried from `next`, which the caller has kicked.
+        self.gyrostat.is_none() && self.plain.carry(from, h, solutions, next)
+    }
+
+    fn carry_any(
+        &self,
+        state: &mut BodyState,
+        h: f64,
+        solutions: &mut Solutions<f64>,
+    ) -> Result<u32, Unsolvable> {
+        let Some(gyrostat) = &self.gyrostat else {
+            return self.plain.carry_any(state, h, solutions);
+        };
+        let total = state.angular_momentum + gyrostat.stored;
+        let (rotation, iterations) = T::of(gyrostat, h, &total)?;
+        let (attitude, total) = rotation.carry(&state.attitude, &total);
+        state.attitude = attitude;
+        state.angular_momentum = total - gyrostat.stored;
+        Ok(iterations)
     }
 }

@@ -5,10 +5,11 @@
 //! lies on the branch that starts from `F = I` as `g` grows from 0, and exists only up to a limit (on a principal axis,
 //! 90° per step). `discrete` finds it by a few passes of a scalar iteration, `newton` handles the cases in which these
 //! do not converge, and `quartic` determines whether a solution is on the correct branch. The exact rotation of a free
-//! body is [`FreeRotation`].
+//! body is [`FreeRotation`]. `gyrostat` has both rotations of a body with spinning wheels.
 
 mod discrete;
 mod free;
+mod gyrostat;
 mod newton;
 mod principal;
 mod quartic;
@@ -19,7 +20,8 @@ use thiserror::Error;
 
 pub use free::FreeRotation;
 
-pub(crate) use discrete::{DiscreteRotation, LaneQuaternion, Solved};
+pub(crate) use discrete::{DiscreteRotation, LaneQuaternion};
+pub(crate) use gyrostat::Gyrostat;
 pub(crate) use principal::PrincipalAxes;
 
 use crate::Inertia;
@@ -49,7 +51,8 @@ impl RelativeRotation {
 pub struct Unsolvable {
     /// `|J⁻¹ g|`, which approximates the rotation angle.
     pub turn: f64,
-    /// Maximum of the solvability quartic before its fold, relative to its value at 0. Negative beyond the limit.
+    /// Maximum of the solvability quartic before its fold, relative to its value at 0. Negative beyond the limit. For a body
+    /// with spinning wheels, 1 less `turn`.
     pub margin: f64,
 }
 

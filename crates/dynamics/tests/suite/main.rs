@@ -27,4 +27,5 @@ mod skips;
 mod taylor;
 mod truncation;
 mod truth;
+mod wheels;
 mod wisdom_holman;

@@ -43,10 +43,7 @@ impl<T: BodyRotation> Mover<T> {
         if self.rotation.carry((&r, &p), turning, solutions, next) {
             return Ok(1);
         }
-        let found = self.rotation.find(turning, &p, solutions.extrapolate())?;
-        solutions.note(found.correction);
-        (next.attitude, next.angular_momentum) = found.rotation.carry(&r, &p);
-        Ok(found.iterations)
+        self.rotation.carry_any(next, turning, solutions)
     }
 }
 
@@ -99,12 +96,20 @@ impl Drift {
         stage: usize,
         with: Coasting,
     ) -> Result<u32, StepError> {
-        let solutions = self.warm_start.of_stage(stage);
-        match &self.movers {
+        let (movers, warm_start) = (&self.movers, &mut self.warm_start);
+        match movers {
             Movers::Discrete(all) => {
+                let solutions = warm_start.of_stage(stage);
                 advance_coasting(all, bodies, states, kick, h, solutions, with)
             }
-            Movers::Exact(all) => advance_coasting(all, bodies, states, kick, h, solutions, with),
+            Movers::Exact(all) => {
+                let solutions = warm_start.of_stage(stage);
+                advance_coasting(all, bodies, states, kick, h, solutions, with)
+            }
+            // Those that coast turn with the others.
+            Movers::WheeledDiscrete(_) | Movers::WheeledExact(_) => {
+                self.apply(bodies, states, kick, h, stage, Coasting::default())
+            }
         }
     }
 }

@@ -69,6 +69,7 @@ mod two_hosts_page;
 mod verify;
 mod waiting;
 mod warnings;
+mod wheels;
 mod wrenches;
 #[cfg(feature = "zenoh")]
 mod zenoh;

@@ -1,5 +1,6 @@
 use crate::gravity::{CloseApproach, Form, Gravity, Interaction, Kept, Level, Monopole};
 use crate::skip::Levels;
+use crate::wheels::WheelState;
 use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Bodies and the gravity that acts on them.
@@ -46,6 +47,23 @@ impl System {
     /// The same, to set the states and commands of their wheels.
     pub fn bodies_mut(&mut self) -> &mut [RigidBody] {
         &mut self.bodies
+    }
+
+    /// The states of all wheels, body by body.
+    pub fn wheel_states(&self) -> impl Iterator<Item = WheelState> {
+        let each = self.bodies.iter().filter_map(RigidBody::wheels);
+        each.flat_map(|wheels| wheels.states().iter().copied())
+    }
+
+    /// Sets the states of all wheels, body by body; of more than there are, the rest is ignored.
+    pub fn set_wheel_states(&mut self, mut states: &[WheelState]) {
+        for wheels in self.bodies.iter_mut().filter_map(RigidBody::wheels_mut) {
+            let Some((own, others)) = states.split_at_checked(wheels.states().len()) else {
+                return;
+            };
+            wheels.set_states(own);
+            states = others;
+        }
     }
 
     /// Sets `loads` (one per body) to the gravity in `states`.

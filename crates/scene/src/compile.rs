@@ -10,8 +10,10 @@ mod maneuver;
 mod polyhedron;
 mod run;
 mod state;
+mod wheels;
 
 pub(crate) use maneuver::ConstraintFile;
+pub use wheels::MAX_WHEELS;
 
 use std::sync::Arc;
 
@@ -78,6 +80,7 @@ impl Scene {
         run::check_end(&scene)?;
         scene.frames = frame::frames(&scene, &file.frames)?;
         scene.docking = docking::dockings(&scene, &file.docking)?;
+        wheels::check_run(&scene)?;
         if let Some(file) = &file.maneuver {
             scene.maneuver = Some(maneuver::maneuver(&scene, file)?);
             if let Some(Err(error)) = scene.transfer() {
@@ -188,6 +191,13 @@ fn bodies(files: &[BodyFile], gravity: &SceneGravity) -> Result<Vec<NamedBody>, 
         gravity,
     }
     .states()?;
+    for ((file, body), state) in files.iter().zip(&mut bodies).zip(&states) {
+        let rate = state.angular_velocity(body);
+        if let Some(wheels) = body.wheels_mut() {
+            let speeds: Vec<_> = file.wheels.iter().map(|wheel| wheel.speed).collect();
+            wheels.set_speeds(&speeds, &rate);
+        }
+    }
     let parts = files.iter().zip(bodies).zip(meshes).zip(states);
     let named = parts.map(|(((file, body), mesh), state)| NamedBody {
         name: file.name.clone(),
@@ -195,6 +205,7 @@ fn bodies(files: &[BodyFile], gravity: &SceneGravity) -> Result<Vec<NamedBody>, 
         body,
         state,
         mesh,
+        wheels: file.wheels.iter().map(|wheel| wheel.name.clone()).collect(),
         given: state::given(file),
     });
     Ok(named.collect())

@@ -11,7 +11,7 @@ use serde::Deserialize;
 
 pub(crate) use body::{
     AttitudeFile, BodyFile, ElementsFile, InertiaFile, MobilityFile, MultipoleFile, PointFile,
-    PolyhedronFile, RelativeFile,
+    PolyhedronFile, RelativeFile, WheelFile,
 };
 pub(crate) use disturbance::DisturbanceFile;
 pub(crate) use docking::{DockingFile, PortFile};

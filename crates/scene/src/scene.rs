@@ -75,6 +75,8 @@ pub struct NamedBody {
     pub state: BodyState,
     /// Its surface, if the scene gives one.
     pub mesh: Option<Arc<Polyhedron>>,
+    /// Names of its reaction wheels, in their order.
+    pub wheels: Vec<String>,
     /// How the scene gives its state, unless by numbers in the inertial frame.
     pub given: Option<String>,
 }

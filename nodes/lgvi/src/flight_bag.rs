@@ -8,7 +8,8 @@ use std::path::{Path, PathBuf};
 use lgvi_bag::{BagReader, Message, Topic};
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
-use lgvi_msgs::{RosMessage, cdr};
+use lgvi_msgs::sensor_msgs::JointState;
+use lgvi_msgs::{RosMessage, cdr, stamp};
 use lgvi_propagator::Controls;
 use lgvi_scene::Scene;
 
@@ -173,6 +174,22 @@ impl FlightBag {
                 .as_ref()
                 .map_or(true, |state| samples.contains(&state.sequence))
         })
+    }
+}
+
+impl FlightBag {
+    /// The recorded joint states of a body, with their stamps (ns).
+    pub(crate) fn joint_states(&self, body: &str) -> Result<Vec<(i64, JointState)>, NodeError> {
+        let topic = format!("{}/joint_states/{body}", self.topics.node);
+        let messages = self.reader.messages_of(0, |known| known.name == topic);
+        let each = messages.map(|message| {
+            let message = message.map_err(NodeError::input)?;
+            let state: JointState = decode(&message).map_err(|error| self.refuse(&error))?;
+            let stamp = stamp::from_message(&state.header.stamp);
+            let stamp = stamp.map_err(|error| self.refuse(&format!("{topic}: {error}")))?;
+            Ok((stamp, state))
+        });
+        each.collect()
     }
 }
 

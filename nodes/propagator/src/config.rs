@@ -102,13 +102,13 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         ParameterSpec::new(
             "wrench_timeout",
             1.0,
-            "time for which a wrench on ~/wrench/<body> acts unless another comes (s); 0: take no wrenches",
+            "time for which a wrench or torques of wheels act unless others come (s); 0: take none",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new(
             "wrench_delay",
             0.0,
-            "time from taking a wrench until it acts (s), rounded to steps",
+            "time from taking a wrench or torques of wheels until they act (s), rounded to steps",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new(
@@ -130,15 +130,20 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
              stamp of the state has come",
         ),
         ParameterSpec::new(
+            "await_wheels",
+            Vec::<String>::new(),
+            "the same for torques of the wheels of these bodies",
+        ),
+        ParameterSpec::new(
             "control_period",
             0.02,
-            "control period with await_wrench (s), a whole number of steps",
+            "control period with await_wrench or await_wheels (s), a whole number of steps",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new(
             "control_deadline",
             10.0,
-            "how long each wrench but the first is waited for with await_wrench (s); then the flight goes on",
+            "how long each command but the first is waited for with await_wrench or await_wheels (s); then the flight goes on",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new("clock", false, "publish the flight's time on /clock"),

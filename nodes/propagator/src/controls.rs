@@ -22,8 +22,12 @@ pub struct Controls {
     pub hold: u64,
     /// The axes of the forces. Moments are in those of the body.
     pub axes: ForceAxes,
-    /// One load an interval.
+    /// One load an interval; none where only wheels are commanded.
     pub loads: Vec<Load>,
+    /// The torques of the motors of the body's wheels, by rows an interval; none where they are not commanded.
+    pub torques: Vec<f64>,
+    /// Wheels of the body.
+    pub wheels: usize,
     /// What corrects them in flight; none in open loop.
     pub law: Option<Law>,
 }
@@ -50,6 +54,28 @@ pub enum ControlError {
         forces: usize,
         /// Moments in it.
         moments: usize,
+    },
+    /// Torques of wheels that do not fit the body's wheels or the other fields.
+    #[error(
+        "`wheel_torque` has {found} numbers for {intervals} intervals, expected {wheels} an interval, one for each wheel of {body:?}"
+    )]
+    Wheels {
+        /// Numbers in the sequence.
+        found: usize,
+        /// Intervals in it.
+        intervals: usize,
+        /// Wheels of the body.
+        wheels: usize,
+        /// The body.
+        body: String,
+    },
+    /// A torque that is NaN or infinite.
+    #[error("`wheel_torque[{index}]` is {value}, expected a finite number")]
+    Torque {
+        /// Index of the number.
+        index: usize,
+        /// What it says.
+        value: f64,
     },
     /// A time that is none.
     #[error("`header.stamp`: {0}")]
@@ -98,7 +124,7 @@ pub enum ControlError {
         expected: f64,
     },
     /// Nothing in it.
-    #[error("`force` and `moment` are empty, expected at least one interval")]
+    #[error("`force`, `moment` and `wheel_torque` are empty, expected at least one interval")]
     Empty,
     /// NaN or infinity.
     #[error("`{field}[{interval}]` is {value:?}, expected three finite numbers")]
@@ -173,12 +199,15 @@ impl Controls {
                 expected,
             });
         }
+        let loads = loads(scene, message)?;
         Ok(Self {
             body,
             first_step: message.first_step,
             hold,
             axes,
-            loads: loads(scene, message)?,
+            torques: torques(scene, body, loads.len(), message)?,
+            wheels: scene.bodies[body].wheels.len(),
+            loads,
             law,
         })
     }
@@ -186,7 +215,10 @@ impl Controls {
     /// The memory that it takes (byte).
     pub(crate) fn size(&self) -> usize {
         let law = self.law.as_ref().map_or(0, Law::size);
-        size_of::<Self>() + size_of_val(self.loads.as_slice()) + law
+        size_of::<Self>()
+            + size_of_val(self.loads.as_slice())
+            + size_of_val(self.torques.as_slice())
+            + law
     }
 
     /// The same without its feedback law.
@@ -196,8 +228,17 @@ impl Controls {
 
     /// The step at which the last interval ends.
     pub fn end(&self) -> u64 {
-        let length = self.hold.saturating_mul(self.loads.len() as u64);
+        let rows = self.torques.len().checked_div(self.wheels).unwrap_or(0);
+        let intervals = self.loads.len().max(rows);
+        let length = self.hold.saturating_mul(intervals as u64);
         self.first_step.saturating_add(length)
+    }
+
+    /// The torques of the wheels' motors during `step`; `None` before the first interval, empty after the last.
+    pub(crate) fn torques_during(&self, step: u64) -> Option<&[f64]> {
+        let first = self.interval(step)?.saturating_mul(self.wheels);
+        let row = first..first.saturating_add(self.wheels);
+        Some(self.torques.get(row).unwrap_or_default())
     }
 
     /// The load during `step`, in the axes of the sequence and without feedback; `None` before the first interval, zero
@@ -258,7 +299,7 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
     if forces != moments {
         return Err(ControlError::Lengths { forces, moments });
     }
-    if forces == 0 {
+    if forces == 0 && message.wheel_torque.is_empty() {
         return Err(ControlError::Empty);
     }
     let finite = |field, interval, vector: &Vector3| {
@@ -283,4 +324,37 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
             Ok(scene.units.load_from_si(&load))
         })
         .collect()
+}
+
+/// The torques of the wheels of a message with so many loads, in the scene's units.
+fn torques(
+    scene: &Scene,
+    body: usize,
+    loads: usize,
+    message: &ControlSequence,
+) -> Result<Vec<f64>, ControlError> {
+    let found = message.wheel_torque.len();
+    let wheels = scene.bodies[body].wheels.len();
+    let fits = match found {
+        0 => true,
+        _ if loads > 0 => found == wheels * loads,
+        _ => wheels > 0 && found.is_multiple_of(wheels),
+    };
+    if !fits {
+        return Err(ControlError::Wheels {
+            found,
+            intervals: loads,
+            wheels,
+            body: scene.bodies[body].name.clone(),
+        });
+    }
+    let each = message.wheel_torque.iter().enumerate();
+    each.map(|(index, &value)| {
+        if value.is_finite() {
+            Ok(value / scene.units.energy())
+        } else {
+            Err(ControlError::Torque { index, value })
+        }
+    })
+    .collect()
 }

@@ -7,26 +7,26 @@ use lgvi_middleware::node::NodeError;
 use lgvi_scene::Scene;
 use tracing::warn;
 
-use crate::wrench::Wrench;
+use crate::command::{Command, Target};
 
 /// The control periods of a flight in lockstep.
 pub(crate) struct Cycle {
-    /// The bodies whose wrenches are waited for.
-    bodies: Vec<usize>,
+    /// Whose commands are waited for.
+    targets: Vec<Target>,
     /// Steps in a control period.
     every: u64,
     deadline: Duration,
-    /// The step that is waited at, since when, and the bodies that are missing.
-    wait: Option<(u64, Instant, Vec<usize>)>,
+    /// The step that is waited at, since when, and what is missing.
+    wait: Option<(u64, Instant, Vec<Target>)>,
     /// The step whose commands have all come, or whose deadline has passed.
     passed: Option<u64>,
-    /// The bodies on which no wrench has come yet: the first one on each has no deadline.
-    unheard: Vec<usize>,
+    /// For which no command has come yet: the first one for each has no deadline.
+    unheard: Vec<Target>,
     /// It has been said that the first ones are waited for.
     told: bool,
 }
 
-/// How long the first wrench is waited for in silence.
+/// How long the first command is waited for in silence.
 const SILENCE: Duration = Duration::from_secs(5);
 
 impl Cycle {
@@ -37,8 +37,17 @@ impl Cycle {
         scene: &Scene,
         wrenches: &[usize],
     ) -> Result<Option<Self>, NodeError> {
-        let names: Vec<String> = parameters.get("await_wrench")?;
-        if names.is_empty() {
+        let on_bodies = named(parameters, scene, "await_wrench", |index| {
+            wrenches.contains(&index)
+        })?;
+        let on_wheels = named(parameters, scene, "await_wheels", |index| {
+            !scene.bodies[index].wheels.is_empty()
+        })?;
+        let on_bodies = on_bodies.into_iter().map(Target::Body);
+        let targets: Vec<_> = on_bodies
+            .chain(on_wheels.into_iter().map(Target::Wheels))
+            .collect();
+        if targets.is_empty() {
             return Ok(None);
         }
         let period: f64 = parameters.get("control_period")?;
@@ -50,21 +59,9 @@ impl Cycle {
                 "parameter \"control_period\" is {period} s, expected a whole number of the scene's steps of {step} s"
             )));
         }
-        let bodies = names.iter().map(|name| {
-            let index = scene.body_index(name);
-            index.filter(|index| wrenches.contains(index)).ok_or_else(|| {
-                let known = wrenches.iter().map(|body| scene.bodies[*body].name.as_str());
-                let known: Vec<_> = known.collect();
-                NodeError::Input(format!(
-                    "parameter \"await_wrench\" contains {name:?}, expected bodies on which wrenches are taken: {}",
-                    known.join(", ")
-                ))
-            })
-        });
-        let bodies: Vec<usize> = bodies.collect::<Result<_, _>>()?;
         Ok(Some(Self {
-            unheard: bodies.clone(),
-            bodies,
+            unheard: targets.clone(),
+            targets,
             every: every as u64,
             deadline: Duration::try_from_secs_f64(deadline).unwrap_or(Duration::MAX),
             wait: None,
@@ -88,19 +85,19 @@ impl Cycle {
         step.is_multiple_of(self.every)
     }
 
-    /// Whether a wrench answers the state of this step, by its stamp.
-    pub(crate) fn admits(&self, scene: &Scene, step: u64, wrench: &Wrench) -> bool {
-        !self.bodies.contains(&wrench.body)
-            || self.begins_at(step) && wrench.stamp == scene.stamp(step)
+    /// Whether a command answers the state of this step, by its stamp.
+    pub(crate) fn admits(&self, scene: &Scene, step: u64, command: &Command) -> bool {
+        !self.targets.contains(&command.target())
+            || self.begins_at(step) && command.stamp() == scene.stamp(step)
     }
 
-    /// A wrench has been taken at a step.
-    pub(crate) fn note(&mut self, step: u64, body: usize) {
+    /// A command for a target has been taken at a step.
+    pub(crate) fn note(&mut self, step: u64, target: Target) {
         if let Some((_, missing)) = self.wait_at(step) {
-            missing.retain(|other| *other != body);
+            missing.retain(|other| *other != target);
         }
         if self.is_silent() {
-            self.unheard.retain(|other| *other != body);
+            self.unheard.retain(|other| *other != target);
             // From here on there is a deadline.
             if let Some((_, since, _)) = &mut self.wait {
                 *since = Instant::now();
@@ -108,13 +105,13 @@ impl Cycle {
         }
     }
 
-    /// Since when this step is waited at, and the bodies that are missing; `None` if it is not.
-    fn wait_at(&mut self, step: u64) -> Option<(Instant, &mut Vec<usize>)> {
+    /// Since when this step is waited at, and what is missing; `None` if it is not.
+    fn wait_at(&mut self, step: u64) -> Option<(Instant, &mut Vec<Target>)> {
         if !self.begins_at(step) || self.passed == Some(step) {
             return None;
         }
         if self.wait.as_ref().is_none_or(|(at, ..)| *at != step) {
-            self.wait = Some((step, Instant::now(), self.bodies.clone()));
+            self.wait = Some((step, Instant::now(), self.targets.clone()));
         }
         let (_, since, missing) = self.wait.as_mut()?;
         Some((*since, missing))
@@ -129,17 +126,17 @@ impl Cycle {
         let waited = since.elapsed();
         if !missing.is_empty() && (silent || waited < deadline) {
             if silent && !told && waited >= SILENCE {
-                let names = missing.iter().map(|body| scene.bodies[*body].name.as_str());
-                let names = names.collect::<Vec<_>>().join(", ");
-                warn!("waiting at step {step} for the first wrench on {names}");
+                let first = missing.iter().map(|target| target.describe(scene));
+                let first = first.collect::<Vec<_>>().join(", ");
+                warn!("waiting at step {step} for the first {first}");
                 self.told = true;
             }
             return true;
         }
-        if let Some(body) = missing.first() {
-            let name = &scene.bodies[*body].name;
+        if let Some(target) = missing.first() {
+            let what = target.describe(scene);
             warn!(
-                "no wrench on {name} with the stamp of step {step} came within {deadline:?}: the flight goes on"
+                "no {what} with the stamp of step {step} came within {deadline:?}: the flight goes on"
             );
         }
         self.wait = None;
@@ -156,6 +153,29 @@ impl Cycle {
     /// The flight begins anew.
     pub(crate) fn begin_anew(&mut self) {
         self.ask_again();
-        self.unheard.clone_from(&self.bodies);
+        self.unheard.clone_from(&self.targets);
     }
+}
+
+/// The bodies that a parameter names, which must be among those that are `known`.
+fn named(
+    parameters: &Parameters,
+    scene: &Scene,
+    parameter: &str,
+    known: impl Fn(usize) -> bool,
+) -> Result<Vec<usize>, NodeError> {
+    let names: Vec<String> = parameters.get(parameter)?;
+    let each = names.iter().map(|name| {
+        let index = scene.body_index(name).filter(|index| known(*index));
+        index.ok_or_else(|| {
+            let bodies = scene.bodies.iter().enumerate();
+            let known = bodies.filter(|(index, _)| known(*index));
+            let known: Vec<_> = known.map(|(_, body)| body.name.as_str()).collect();
+            NodeError::Input(format!(
+                "parameter {parameter:?} contains {name:?}, expected bodies that take such commands: {}",
+                known.join(", ")
+            ))
+        })
+    });
+    each.collect()
 }

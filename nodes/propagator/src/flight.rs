@@ -1,14 +1,18 @@
 use std::sync::Arc;
 
 use lgvi_dynamics::docking::Docked;
+use lgvi_dynamics::wheels::WheelState;
 use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
-use lgvi_scene::{ActuatorErrors, Energies, Scene, Scheme, SchemeError};
+use lgvi_scene::{ActuatorErrors, Energies, MAX_WHEELS, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
 use crate::{ControlError, Controls, SetStates};
 
 /// The most sequences that are kept for one body.
 const SEQUENCES: usize = 64;
+
+/// The torques of wheels that nobody commands, of as many as a body can have.
+const NO_TORQUES: [f64; MAX_WHEELS] = [0.0; MAX_WHEELS];
 
 /// The most memory that the sequences of all bodies may take (byte).
 const MEMORY: usize = 512 << 20;
@@ -22,13 +26,15 @@ pub struct Flight {
     scheme: Scheme,
     /// Substeps above which a step was cut; none where steps are never cut.
     whole: Option<u32>,
-    /// Accepted sequences by body, oldest first; those that can no longer act are dropped.
+    /// Accepted sequences by body, then those for its wheels by body, oldest first; those that can no longer act are dropped.
     accepted: Vec<Vec<Arc<Controls>>>,
     /// Which body's controls act other than they are meant, and by how much.
     errors: Option<(usize, ActuatorErrors)>,
     loads: Vec<Load>,
     /// The scene's steps.
     steps: u64,
+    /// Wheels by body.
+    wheels: Vec<usize>,
 }
 
 /// States that a flight cannot go on from.
@@ -61,10 +67,13 @@ impl Flight {
             scheme,
             whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
-            accepted: (0..bodies).map(|_| Vec::with_capacity(SEQUENCES)).collect(),
+            accepted: (0..2 * bodies)
+                .map(|_| Vec::with_capacity(SEQUENCES))
+                .collect(),
             errors: scene.actuator_errors(),
             loads: vec![Load::default(); bodies],
             steps: scene.steps,
+            wheels: scene.bodies.iter().map(|body| body.wheels.len()).collect(),
         })
     }
 
@@ -86,19 +95,24 @@ impl Flight {
         if first_step >= steps {
             return Err(ControlError::Beyond { first_step, steps });
         }
-        self.drop_past(controls.body);
-        let replaced = |earlier: &&Arc<Controls>| {
-            earlier.body == controls.body && earlier.first_step >= first_step
-        };
-        let kept = &self.accepted[controls.body];
-        if kept.len() - kept.iter().filter(replaced).count() >= SEQUENCES {
-            return Err(ControlError::TooMany { limit: SEQUENCES });
+        let channels = self.channels(&controls);
+        let replaced = |earlier: &&Arc<Controls>| earlier.first_step >= first_step;
+        let mut kept = 0;
+        for (channel, accepted) in self.accepted.iter_mut().enumerate() {
+            let is_new = channels.contains(&Some(channel));
+            if is_new {
+                drop_past(accepted, self.simulation.step());
+            }
+            let stays = |earlier: &&Arc<Controls>| !(is_new && replaced(earlier));
+            if is_new && accepted.iter().filter(stays).count() >= SEQUENCES {
+                return Err(ControlError::TooMany { limit: SEQUENCES });
+            }
+            kept += accepted
+                .iter()
+                .filter(stays)
+                .map(|one| one.size())
+                .sum::<usize>();
         }
-        let kept = self.accepted.iter().flatten();
-        let kept: usize = kept
-            .filter(|earlier| !replaced(earlier))
-            .map(|earlier| earlier.size())
-            .sum();
         if kept.saturating_add(controls.size()) > MEMORY {
             return Err(ControlError::TooLarge {
                 size: controls.size(),
@@ -116,11 +130,21 @@ impl Flight {
         let controls = controls.into();
         let first_step = controls.first_step;
         self.check_in_time(first_step)?;
-        self.drop_past(controls.body);
-        let accepted = &mut self.accepted[controls.body];
-        accepted.retain(|earlier| earlier.first_step < first_step);
-        accepted.push(controls);
+        for channel in self.channels(&controls).into_iter().flatten() {
+            let accepted = &mut self.accepted[channel];
+            drop_past(accepted, self.simulation.step());
+            accepted.retain(|earlier| earlier.first_step < first_step);
+            accepted.push(Arc::clone(&controls));
+        }
         Ok(())
+    }
+
+    /// Which of the accepted sequences a sequence is among: those for the body, those for its wheels.
+    fn channels(&self, controls: &Controls) -> [Option<usize>; 2] {
+        let of_body = !controls.loads.is_empty();
+        let of_wheels = !controls.torques.is_empty();
+        let (body, bodies) = (controls.body, self.wheels.len());
+        [of_body.then_some(body), of_wheels.then_some(bodies + body)]
     }
 
     fn check_in_time(&self, first_step: u64) -> Result<(), ControlError> {
@@ -129,17 +153,6 @@ impl Flight {
             return Err(ControlError::Late { first_step, step });
         }
         Ok(())
-    }
-
-    /// Lets go of the sequences of `body` that others have taken the place of.
-    fn drop_past(&mut self, body: usize) {
-        let step = self.simulation.step();
-        let accepted = &mut self.accepted[body];
-        let acting = accepted
-            .iter()
-            .rposition(|earlier| earlier.first_step <= step)
-            .unwrap_or(0);
-        accepted.drain(..acting);
     }
 
     /// Begins anew at step 0, without any sequence.
@@ -160,6 +173,11 @@ impl Flight {
         let mut trial = scene.simulation_from(all, self.scheme)?;
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
+        let wheels = WheelCommands {
+            accepted: &self.accepted,
+            wheels: &self.wheels,
+        };
+        wheels.give(self.step(), &mut trial);
         trial
             .advance(&loads)
             .map_err(|error| SetStatesError::Step(scene.step_error(&error)))?;
@@ -212,6 +230,11 @@ impl Flight {
         let mut loads = std::mem::take(&mut self.loads);
         self.command(&mut loads, self.simulation.states());
         self.loads = loads;
+        let wheels = WheelCommands {
+            accepted: &self.accepted,
+            wheels: &self.wheels,
+        };
+        wheels.give(self.simulation.step(), &mut self.simulation);
         self.simulation.advance(&self.loads)
     }
 
@@ -242,6 +265,11 @@ impl Flight {
         &self.loads
     }
 
+    /// The states of all wheels, body by body.
+    pub fn wheel_states(&self) -> impl Iterator<Item = WheelState> {
+        self.simulation.system().wheel_states()
+    }
+
     /// The bodies' states.
     pub fn states(&self) -> &[BodyState] {
         self.simulation.states()
@@ -261,6 +289,35 @@ impl Flight {
     pub fn invariants(&self) -> Invariants {
         self.simulation.invariants()
     }
+}
+
+/// What the accepted sequences have the motors of the wheels of each body do.
+struct WheelCommands<'a> {
+    accepted: &'a [Vec<Arc<Controls>>],
+    wheels: &'a [usize],
+}
+
+impl WheelCommands<'_> {
+    /// Commands the wheels of a simulation for its next step, which is this one of the flight.
+    fn give(&self, step: u64, simulation: &mut Simulation) {
+        let of_wheels = &self.accepted[self.wheels.len()..];
+        let bodies = self.wheels.iter().zip(of_wheels).enumerate();
+        for (body, (count, accepted)) in bodies.filter(|(_, (count, _))| **count > 0) {
+            let mut latest = accepted.iter().rev();
+            let torques = latest.find_map(|controls| controls.torques_during(step));
+            let torques = torques.filter(|torques| !torques.is_empty());
+            simulation.set_wheel_commands(body, torques.unwrap_or(&NO_TORQUES[..*count]));
+        }
+    }
+}
+
+/// Lets go of the sequences that others have taken the place of at `step`.
+fn drop_past(accepted: &mut Vec<Arc<Controls>>, step: u64) {
+    let acting = accepted
+        .iter()
+        .rposition(|earlier| earlier.first_step <= step)
+        .unwrap_or(0);
+    accepted.drain(..acting);
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@
 //! controls only, so that a recorded flight can be repeated bit for bit.
 
 mod choosing;
+mod command;
 mod config;
 mod controls;
 mod cuts;
@@ -24,6 +25,7 @@ mod pace;
 mod resolution;
 mod run;
 mod set_states;
+mod torque;
 mod wrench;
 
 use std::process::ExitCode;

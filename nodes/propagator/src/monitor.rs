@@ -4,10 +4,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-use lgvi_dynamics::{BodyState, Invariants};
+use lgvi_dynamics::Invariants;
 use lgvi_middleware::ros::{Diagnosed, Diagnostics, Level, Status};
 use lgvi_middleware::sync::lock;
 use lgvi_scene::Scene;
+
+use crate::Flight;
+use crate::messages::Snapshot;
 
 /// Every so many steps one is timed where they follow each other as fast as possible: reading the clock takes as long as a step of a small scene.
 const TIMED: u64 = 64;
@@ -33,8 +36,7 @@ pub(crate) struct Monitor {
 
 struct Seen {
     start: Invariants,
-    step: u64,
-    states: Vec<BodyState>,
+    state: Snapshot,
 }
 
 /// What the counts were when the last report was made.
@@ -48,7 +50,7 @@ struct Reported {
 
 impl Monitor {
     pub(crate) fn new(scene: &Scene) -> Self {
-        let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
+        let state = Snapshot::new(scene);
         Self {
             step: AtomicU64::new(0),
             overruns: AtomicU64::new(0),
@@ -59,9 +61,8 @@ impl Monitor {
             longest: AtomicU64::new(0),
             asked: AtomicBool::new(false),
             seen: Mutex::new(Seen {
-                start: Invariants::of(&scene.system(), &states),
-                step: 0,
-                states,
+                start: Invariants::of(&scene.system(), &state.states),
+                state,
             }),
             reported: Mutex::new(Reported {
                 at: Instant::now(),
@@ -88,12 +89,11 @@ impl Monitor {
     }
 
     /// Invariants are measured from here.
-    pub(crate) fn begin(&self, step: u64, states: &[BodyState], start: &Invariants) {
-        self.step.store(step, Ordering::Relaxed);
+    pub(crate) fn begin(&self, flight: &Flight, start: &Invariants) {
+        self.step.store(flight.step(), Ordering::Relaxed);
         let mut seen = lock(&self.seen);
         seen.start = *start;
-        seen.step = step;
-        seen.states.copy_from_slice(states);
+        seen.state.take(flight);
     }
 
     /// Whether a state is to be observed: one for each report, so that nothing is done where nobody listens.
@@ -102,11 +102,9 @@ impl Monitor {
     }
 
     /// Takes note of a state, if one is wanted.
-    pub(crate) fn observe(&self, step: u64, states: &[BodyState]) {
+    pub(crate) fn observe(&self, state: &Snapshot) {
         if self.asked.swap(false, Ordering::AcqRel) {
-            let mut seen = lock(&self.seen);
-            seen.step = step;
-            seen.states.copy_from_slice(states);
+            lock(&self.seen).state.clone_from(state);
         }
     }
 
@@ -136,7 +134,9 @@ impl Monitor {
             / since.at.elapsed().as_secs_f64().max(f64::MIN_POSITIVE);
         let seen = lock(&self.seen);
         self.asked.store(true, Ordering::Release);
-        let now = Invariants::of(&self.scene.system(), &seen.states);
+        let mut system = self.scene.system();
+        system.set_wheel_states(&seen.state.wheels);
+        let now = Invariants::of(&system, &seen.state.states);
         let start = &seen.start;
         let units = &self.scene.units;
         let mean = total as f64 / timed.max(1) as f64 * 1e-3;
@@ -163,7 +163,7 @@ impl Monitor {
             .value("overruns", overruns)
             .value("samples refused over shared memory", refused)
             .value("states not converted for DDS", skipped)
-            .value("invariants of step", seen.step)
+            .value("invariants of step", seen.state.step)
             .value(
                 "energy, change (J)",
                 format!("{:e}", (now.energy - start.energy) * units.energy()),

@@ -16,6 +16,7 @@ use lgvi_scene::Scene;
 use tracing::{info, warn};
 
 use crate::choosing;
+use crate::command::{Command, Target};
 use crate::config::{self, Config, Rates};
 use crate::cuts::Cuts;
 use crate::cycle::Cycle;
@@ -27,7 +28,7 @@ use crate::monitor::Monitor;
 use crate::orders::{Order, Orders};
 use crate::pace::Pace;
 use crate::resolution::Resolution;
-use crate::wrench::{Terms, Wrench};
+use crate::wrench::Terms;
 use crate::{ControlError, Controls};
 
 /// How often waiting looks whether it is over.
@@ -80,11 +81,11 @@ pub(crate) struct Propagator {
     lockstep: Option<Lockstep>,
     /// Where it waits for a controller from outside.
     cycle: Option<Cycle>,
-    /// The wrenches taken for the present step, by body.
-    wrenches: Vec<Option<Wrench>>,
-    /// The bodies on which wrenches act, and the steps at which these are over.
-    acting: Vec<(usize, u64)>,
-    /// When it was last said that a wrench is over.
+    /// The commands taken for the present step, by the index of their target.
+    commands: Vec<Option<Command>>,
+    /// For what commands act, and the steps at which these are over.
+    acting: Vec<(Target, u64)>,
+    /// When it was last said that a command is over.
     silence_told: Option<Instant>,
     /// When the state that is waited at was last published.
     asked: Instant,
@@ -187,7 +188,7 @@ impl Managed for Propagator {
             pace: Pace::free(),
             lockstep: config.lockstep.then(|| Lockstep::new(&scene)).flatten(),
             cycle,
-            wrenches: vec![None; scene.bodies.len()],
+            commands: vec![None; 2 * scene.bodies.len()],
             acting: Vec::new(),
             silence_told: None,
             asked: now,
@@ -216,7 +217,7 @@ impl Managed for Propagator {
 
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
         // Those that came while nobody flew are of another time.
-        self.link.forget_wrenches();
+        self.link.forget_commands();
         self.orders.open();
         let flown = self.fly(node);
         self.refuse();
@@ -239,7 +240,7 @@ impl Propagator {
         while !node.interrupted() {
             self.heed(node)?;
             let held = self.phase == Phase::Flying && self.waits_for_plan(node);
-            let answered = self.phase == Phase::Flying && self.waits_for_wrench(node);
+            let answered = self.phase == Phase::Flying && self.waits_for_command(node);
             match self.phase {
                 Phase::Unattended => self.await_company()?,
                 Phase::Uncommanded => self.await_command(node)?,
@@ -267,7 +268,7 @@ impl Propagator {
         }
         self.link.check()?;
         self.take_controls();
-        self.take_wrenches()?;
+        self.take_commands()?;
         self.look_for_the_end(node)?;
         while self.stepping.is_none()
             && let Some(order) = self.orders.next()
@@ -325,70 +326,69 @@ impl Propagator {
         }
     }
 
-    /// Flies the last wrench on each body that has come in.
-    fn take_wrenches(&mut self) -> Result<(), NodeError> {
+    /// Flies the last command for each target that has come in.
+    fn take_commands(&mut self) -> Result<(), NodeError> {
         let Some(terms) = self.config.terms else {
             return Ok(());
         };
         let step = self.flight.step();
         let mut taken = 0;
-        while let Some(wrench) = self.link.next_wrench(taken) {
+        while let Some(command) = self.link.next_command(taken) {
             let cycle = self.cycle.as_ref();
-            if cycle.is_none_or(|cycle| cycle.admits(&self.scene, step, &wrench)) {
-                let place = &mut self.wrenches[wrench.body];
+            if cycle.is_none_or(|cycle| cycle.admits(&self.scene, step, &command)) {
+                let place = &mut self.commands[command.target().index(&self.scene)];
                 taken += usize::from(place.is_none());
-                *place = Some(wrench);
+                *place = Some(command);
             }
         }
-        for body in 0..self.wrenches.len() {
+        for index in 0..self.commands.len() {
             if taken == 0 {
                 break;
             }
-            let Some(wrench) = self.wrenches[body].take() else {
+            let Some(command) = self.commands[index].take() else {
                 continue;
             };
             taken -= 1;
             if let Some(cycle) = &mut self.cycle {
-                cycle.note(step, body);
+                cycle.note(step, command.target());
             }
             let first_step = terms.first_step(step);
             if first_step < self.scene.steps {
-                self.fly_wrench(&wrench, &terms, first_step)?;
+                self.fly_command(&command, &terms, first_step)?;
             }
         }
         Ok(())
     }
 
-    /// Flies a wrench from a step on, as the repetition reads it.
-    fn fly_wrench(
+    /// Flies a command from a step on, as the repetition reads it.
+    fn fly_command(
         &mut self,
-        wrench: &Wrench,
+        command: &Command,
         terms: &Terms,
         first_step: u64,
     ) -> Result<(), NodeError> {
-        let body = wrench.body;
-        let state = &self.flight.states()[body];
-        let sequence = wrench
-            .sequence(&self.scene, terms, first_step, state)
+        let sequence = command
+            .sequence(&self.scene, terms, first_step, self.flight.states())
             .map_err(NodeError::runtime)?;
         let controls = Controls::of_message(&self.scene, &sequence).map_err(NodeError::runtime)?;
         let end = controls.end();
         self.flight.accept(controls).map_err(NodeError::runtime)?;
         self.accepted += 1;
-        self.acting.retain(|(other, _)| *other != body);
-        self.acting.push((body, end));
+        let target = command.target();
+        self.acting.retain(|(other, _)| *other != target);
+        self.acting.push((target, end));
         self.link.flies(sequence);
         Ok(())
     }
 
-    /// Says where the last wrench on a body is over, at most once a second.
+    /// Says where the last command for a target is over, at most once a second.
     fn note_silence(&mut self) {
         let (step, before) = (self.flight.step(), self.acting.len());
-        self.acting.retain(|(body, end)| {
+        self.acting.retain(|(target, end)| {
             let quiet = |told: Instant| told.elapsed() < PROMPT;
             if step >= *end && !self.silence_told.is_some_and(quiet) {
-                let name = &self.scene.bodies[*body].name;
-                warn!("no new wrench on {name}: none acts from step {step} on");
+                let what = target.describe(&self.scene);
+                warn!("no new {what}: none acts from step {step} on");
             }
             step < *end
         });
@@ -398,7 +398,7 @@ impl Propagator {
     }
 
     /// Whether it holds until a controller has answered the present state.
-    fn waits_for_wrench(&mut self, node: &Node) -> bool {
+    fn waits_for_command(&mut self, node: &Node) -> bool {
         let step = self.flight.step();
         if step == self.scene.steps {
             return false;
@@ -410,7 +410,7 @@ impl Propagator {
         if waited && cycle.is_silent() && self.asked.elapsed() >= PROMPT {
             // Who has come since has not seen it.
             self.asked = Instant::now();
-            self.link.repeat(step, self.flight.states());
+            self.link.repeat(&self.flight);
         }
         if waited {
             self.set_pace(node);
@@ -426,7 +426,7 @@ impl Propagator {
 
     /// The states have been replaced: what came in answers others.
     pub(crate) fn ask_again(&mut self) {
-        self.link.forget_wrenches();
+        self.link.forget_commands();
         if let Some(cycle) = &mut self.cycle {
             cycle.ask_again();
         }
@@ -553,7 +553,7 @@ impl Propagator {
     /// Hands the present state to the ROS side.
     pub(crate) fn hand_over(&mut self, wait: Wait) {
         let step = self.flight.step();
-        if self.link.publish(step, self.flight.states(), wait) {
+        if self.link.publish(&self.flight, wait) {
             self.handed = Some(step);
         } else {
             self.monitor.skipped.fetch_add(1, Ordering::Relaxed);
@@ -570,7 +570,7 @@ impl Propagator {
         if let Some(cycle) = &mut self.cycle {
             cycle.begin_anew();
         }
-        self.link.forget_wrenches();
+        self.link.forget_commands();
         self.acting.clear();
         self.cost = 0.0;
         self.late_controls = 0;
@@ -578,7 +578,7 @@ impl Propagator {
         self.arrival = None;
         self.start = self.flight.invariants();
         self.resolution.begin(&self.flight);
-        self.monitor.begin(0, self.flight.states(), &self.start);
+        self.monitor.begin(&self.flight, &self.start);
         Ok(())
     }
 
@@ -586,8 +586,7 @@ impl Propagator {
     pub(crate) fn measure_from_here(&mut self) {
         self.start = self.flight.invariants();
         self.resolution.begin(&self.flight);
-        self.monitor
-            .begin(self.flight.step(), self.flight.states(), &self.start);
+        self.monitor.begin(&self.flight, &self.start);
     }
 
     pub(crate) fn report(&self) -> FlightReport {

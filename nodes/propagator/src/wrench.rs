@@ -86,6 +86,11 @@ impl Terms {
         }))
     }
 
+    /// How long a command acts (s).
+    pub(crate) fn duration(&self, scene: &Scene) -> f64 {
+        scene.h() * scene.units.time * self.hold as f64
+    }
+
     /// The same for wrenches that act for `steps` at least.
     pub(crate) fn for_steps(self, steps: u64) -> Self {
         Self {
@@ -165,7 +170,7 @@ impl Wrench {
         load.force = within(force / units.force(), load.force);
         load.moment = within(moment / units.energy(), load.moment);
         let mut sequence = control_sequence(scene, self.body, first_step, &[load], None)?;
-        sequence.step_size *= terms.hold as f64;
+        sequence.step_size = terms.duration(scene);
         if self.axes == ForceAxes::Body {
             sequence
                 .header

@@ -3,6 +3,7 @@ use lgvi_dynamics::{BodyError, Drive, Inertia, Mobility, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
 use super::polyhedron::{DEGREE, polyhedron, work as work_of};
+use super::wheels;
 use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile};
 use crate::{SceneError, check};
 
@@ -22,7 +23,7 @@ pub(super) fn body(
         .map_err(|_| {
             SceneError::value(format!("{key}.radius"), file.radius, "a finite number ≥ 0")
         })?;
-    Ok((body, mesh))
+    Ok((wheels::with_wheels(key, file, body)?, mesh))
 }
 
 fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {

@@ -24,6 +24,10 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
         SceneError::unknown("maneuver.body", &file.body, &names)
     })?;
+    if scene.bodies[body].body.wheels().is_some() {
+        let expected = "a body without `wheels`, which the planner does not know";
+        return Err(SceneError::value("maneuver.body", &file.body, expected));
+    }
     check_field(scene, body)?;
     if !(2..=MAX_MANEUVER_STEPS).contains(&scene.steps) {
         let expected = format!("2 to {MAX_MANEUVER_STEPS} steps for a maneuver");

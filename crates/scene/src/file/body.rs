@@ -20,6 +20,10 @@ pub(crate) struct BodyFile {
     pub multipole: Option<MultipoleFile>,
     /// The body as a homogeneous polyhedron.
     pub polyhedron: Option<PolyhedronFile>,
+    /// Reaction wheels, 16 at most, whose masses are part of `mass` and, with locked wheels, of `inertia`; only of a free or
+    /// pivoted body.
+    #[serde(default)]
+    pub wheels: Vec<WheelFile>,
     /// Two bodies may not come closer than the sum of their radii.
     #[serde(default)]
     pub radius: f64,
@@ -38,6 +42,31 @@ pub(crate) struct BodyFile {
     pub attitude: AttitudeFile,
     /// Initial angular velocity relative to these axes, body frame (rad per unit of time); only of a free or pivoted body.
     pub angular_velocity: Option<[f64; 3]>,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct WheelFile {
+    /// Name of the wheel, which commands and joint states use.
+    pub name: String,
+    /// Axis, body frame, of any length.
+    pub axis: [f64; 3],
+    /// Inertia about the axis.
+    pub inertia: f64,
+    /// Initial speed relative to the body (rad per unit of time); 0 by default.
+    #[serde(default)]
+    pub speed: f64,
+    /// Largest torque of the motor, in the scene's unit of energy; unlimited by default.
+    pub max_torque: Option<f64>,
+    /// Speed above which the motor does not accelerate the wheel (rad per unit of time); unlimited by default.
+    pub max_speed: Option<f64>,
+    /// Viscous friction, torque per speed; 0 by default.
+    #[serde(default)]
+    pub viscous_friction: f64,
+    /// Coulomb friction, a torque; 0 by default.
+    #[serde(default)]
+    pub coulomb_friction: f64,
 }
 
 #[derive(Deserialize)]

@@ -103,6 +103,8 @@ mod tests {
             hold: 1,
             axes: ForceAxes::Inertial,
             loads: vec![load; count],
+            torques: Vec::new(),
+            wheels: 0,
             law: None,
         }
     }

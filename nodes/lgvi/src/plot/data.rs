@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use lgvi_dynamics::wheels::Wheels;
 use lgvi_dynamics::{BodyState, Invariants, System};
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, SystemState};
@@ -11,6 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::controls::Track;
 use super::thin::Thinned;
+use super::wheels::{Wheel, WheelRecord};
 use crate::bars;
 use crate::flight_bag::FlightBag;
 
@@ -41,6 +43,8 @@ pub(crate) struct Sample {
     pub(crate) linear_momentum: Vector3<f64>,
     /// Total about the origin, inertial frame (kg m²/s).
     pub(crate) angular_momentum: Vector3<f64>,
+    /// The wheels of the bodies that have some, by the index of the body.
+    pub(super) wheels: Vec<(usize, Vec<Wheel>)>,
 }
 
 /// Where a body is and how it turns.
@@ -74,6 +78,7 @@ fn tracks(scene: &Scene, samples: &[Sample], controls: Vec<Controls>) -> Vec<Tra
     let mut ends = vec![scene.steps; scene.bodies.len()];
     let mut acting: Vec<_> = controls
         .into_iter()
+        .filter(|controls| !controls.loads.is_empty())
         .rev()
         .map(|controls| {
             let end = &mut ends[controls.body];
@@ -103,7 +108,8 @@ impl FlightData {
         let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
         let courses = bag.courses()?;
         let course = courses.last().ok_or_else(|| refuse("no states".into()))?;
-        let system = scene.system();
+        let mut system = scene.system();
+        let wheels = WheelRecord::read(&bag)?;
         let mut samples = Thinned::new(SAMPLES);
         let (mut recorded, mut reached) = (0, None);
         let bar = bars::bar("reading", bag.state_count(), "states");
@@ -119,13 +125,20 @@ impl FlightData {
             }
             recorded += 1;
             reached = Some(step);
-            let sample = sample(&scene, &system, &state);
-            samples.push(sample.map_err(|error| refuse(format!("step {step}: {error}")))?);
+            let sample = sample(&scene, &mut system, &wheels, &state);
+            let sample = sample.map_err(|error| refuse(format!("step {step}: {error}")))?;
+            if let Some(sample) = sample {
+                samples.push(sample);
+            }
         }
         bar.finish_and_clear();
         let samples = samples.finish();
         if samples.is_empty() {
-            return Err(refuse("no states, expected at least one".into()));
+            let expected = match recorded {
+                0 => "no states, expected at least one",
+                _ => "no joint states beside the states, expected those of all bodies with wheels",
+            };
+            return Err(refuse(expected.into()));
         }
         let controls = bag.check(course.controls).collect::<Result<_, _>>()?;
         let tracks = tracks(&scene, &samples, controls);
@@ -194,7 +207,13 @@ impl FlightData {
     }
 }
 
-fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample, String> {
+/// The recorded state, with the wheels in the system; `None` if joint states are missing for it.
+fn sample(
+    scene: &Scene,
+    system: &mut System,
+    wheels: &WheelRecord,
+    state: &SystemState,
+) -> Result<Option<Sample>, String> {
     let (found, expected) = (state.bodies.len(), scene.bodies.len());
     if found != expected {
         return Err(format!("{found} bodies, the scene has {expected}"));
@@ -222,6 +241,9 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
             state.time
         ));
     }
+    let Some(wheels) = wheels.at(scene, state.step, &states, system) else {
+        return Ok(None);
+    };
     let invariants = Invariants::of(system, &states);
     if !invariants.energy.is_finite() || !invariants.angular_momentum.iter().all(|c| c.is_finite())
     {
@@ -239,6 +261,7 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
             0.5 * state.linear_momentum.dot(&state.velocity(body)) * units.energy();
         energy.rotation +=
             0.5 * state.angular_momentum.dot(&state.angular_velocity(body)) * units.energy();
+        energy.rotation += body.wheels().map_or(0.0, Wheels::energy) * units.energy();
     }
     let poses = bodies()
         .zip(&state.bodies)
@@ -250,14 +273,15 @@ fn sample(scene: &Scene, system: &System, state: &SystemState) -> Result<Sample,
             rate: state.angular_velocity(body) / units.time,
             velocity: state.velocity(body) * (units.length / units.time),
         });
-    Ok(Sample {
+    Ok(Some(Sample {
         step: state.step,
         time: state.time,
         bodies: poses.collect(),
         energy,
         linear_momentum: invariants.linear_momentum * units.momentum(),
         angular_momentum: invariants.angular_momentum * units.angular_momentum(),
-    })
+        wheels,
+    }))
 }
 
 /// A recorded state in the scene's units, which the system's constants are in.
@@ -279,7 +303,7 @@ impl FlightData {
         pushed: Option<(usize, lgvi_dynamics::Load)>,
     ) -> Self {
         let scene = Scene::parse("test", text).unwrap();
-        let system = scene.system();
+        let mut system = scene.system();
         let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
         let mut tracks = vec![Track::default(); scene.bodies.len()];
         let mut loads = vec![lgvi_dynamics::Load::default(); scene.bodies.len()];
@@ -291,6 +315,8 @@ impl FlightData {
                 hold: steps,
                 axes: lgvi_propagator::ForceAxes::Inertial,
                 loads: vec![load],
+                torques: Vec::new(),
+                wheels: 0,
                 law: None,
             };
             tracks[body].accept(&controls, steps, |_| Matrix3::identity());
@@ -314,7 +340,8 @@ impl FlightData {
                 bodies: bodies.collect(),
                 ..SystemState::default()
             };
-            samples.push(sample(&scene, &system, &state).unwrap());
+            let sample = sample(&scene, &mut system, &WheelRecord::default(), &state);
+            samples.extend(sample.unwrap());
             simulation.advance(&loads).unwrap();
         }
         Self {

@@ -30,6 +30,7 @@ pub(crate) mod thin;
 mod ticks;
 mod tumbling;
 mod view;
+mod wheels;
 
 #[cfg(test)]
 mod tests;

@@ -11,7 +11,7 @@ use super::data::{FlightData, Pose, Sample};
 use super::proximity::Proximity;
 use super::subject::{Subject, heaviest, named};
 use super::thin::envelope;
-use super::{kept, limits, style};
+use super::{kept, limits, style, wheels};
 
 /// Twice this is how many points a curve has at most.
 const BUCKETS: usize = 500;
@@ -96,6 +96,7 @@ pub(super) fn panels(flight: &FlightData, subject: Subject) -> Vec<Panel> {
         panels.extend(control(flight, &force));
         panels.extend(control(flight, &moment));
     }
+    panels.extend(wheels::panels(flight));
     panels.extend(margins(flight));
     if matches!(subject, Subject::Turning | Subject::Tumbling) {
         panels.extend([attitude(flight), rates(flight)]);

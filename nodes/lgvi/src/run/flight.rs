@@ -81,7 +81,11 @@ pub(crate) fn fly(
         if let Some(chosen) = text("chosen", chosen) {
             propagator.extend(["-p".into(), chosen]);
         }
-        if let Some(bodies) = list("await_wrench", &options.await_wrench) {
+        let awaited = [
+            list("await_wrench", &options.await_wrench),
+            list("await_wheels", &options.await_wheels),
+        ];
+        for bodies in awaited.into_iter().flatten() {
             let period = format!("control_period:={:?}", options.control_period);
             propagator.extend(["-p".into(), bodies, "-p".into(), period]);
         }

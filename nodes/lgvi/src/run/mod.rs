@@ -44,10 +44,13 @@ pub(crate) struct Options {
     no_planner: bool,
     /// Fly in lockstep with a controller: wait at the beginning of each control period for its wrench on this body; can be
     /// repeated.
-    #[arg(long, value_name = "BODY")]
+    #[arg(long, value_name = "BODY", group = "awaited")]
     await_wrench: Vec<String>,
-    /// Control period with --await-wrench, a whole number of steps.
-    #[arg(long, value_name = "SECONDS", value_parser = values::rate, requires = "await_wrench", default_value_t = 0.02)]
+    /// The same for torques of the wheels of this body.
+    #[arg(long, value_name = "BODY", group = "awaited")]
+    await_wheels: Vec<String>,
+    /// Control period with --await-wrench or --await-wheels, a whole number of steps.
+    #[arg(long, value_name = "SECONDS", value_parser = values::rate, requires = "awaited", default_value_t = 0.02)]
     control_period: f64,
     /// Do not draw the flight.
     #[arg(long)]

@@ -37,6 +37,12 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
             "nav_msgs/msg/Odometry",
         ));
     }
+    for body in scene.bodies.iter().filter(|body| !body.wheels.is_empty()) {
+        topics.push((
+            format!("/lgvi_propagator/joint_states/{}", body.name),
+            "sensor_msgs/msg/JointState",
+        ));
+    }
     if planned {
         topics.extend([
             (

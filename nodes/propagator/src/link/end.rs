@@ -3,7 +3,6 @@ use std::sync::{Arc, mpsc};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use lgvi_dynamics::BodyState;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::{Diagnosed, Diagnostics};
@@ -12,9 +11,9 @@ use rtrb::{Consumer, Producer};
 
 use super::counted::{self, Counts};
 use super::{LinkError, Published, Request, SEQUENCES, Shared, Verdict};
+use crate::command::Command;
 use crate::messages::Snapshot;
-use crate::wrench::Wrench;
-use crate::{ControlError, Controls};
+use crate::{ControlError, Controls, Flight};
 
 /// How often waiting for the thread looks whether the node is to stop.
 const LOOK: Duration = Duration::from_millis(10);
@@ -36,7 +35,7 @@ pub(crate) struct LinkEnd {
     pub(super) empty: Consumer<Snapshot>,
     pub(super) controls: Consumer<Arc<Controls>>,
     pub(super) verdicts: Producer<Verdict>,
-    pub(super) wrenches: Consumer<Wrench>,
+    pub(super) commands: Consumer<Command>,
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) counts: Vec<Arc<Counts>>,
     pub(super) lossless: Arc<AtomicBool>,
@@ -57,22 +56,22 @@ impl LinkEnd {
         let _ = self.verdicts.push(Verdict::Answer(verdict));
     }
 
-    /// Takes the next wrench that has come in, if what it and `others` become can be published.
-    pub(crate) fn next_wrench(&mut self, others: usize) -> Option<Wrench> {
+    /// Takes the next command that has come in, if what it and `others` become can be published.
+    pub(crate) fn next_command(&mut self, others: usize) -> Option<Command> {
         if self.verdicts.slots() <= SEQUENCES + others {
             return None;
         }
-        self.wrenches.pop().ok()
+        self.commands.pop().ok()
     }
 
-    /// Forgets the wrenches that have come in.
-    pub(crate) fn forget_wrenches(&mut self) {
-        while self.wrenches.pop().is_ok() {}
+    /// Forgets the commands that have come in.
+    pub(crate) fn forget_commands(&mut self) {
+        while self.commands.pop().is_ok() {}
     }
 
-    /// Has a sequence published that a wrench has become.
+    /// Has a sequence published that a command has become.
     pub(crate) fn flies(&mut self, sequence: ControlSequence) {
-        // There is a place: see `next_wrench`.
+        // There is a place: see `next_command`.
         let _ = self.verdicts.push(Verdict::Flown(Box::new(sequence)));
     }
 
@@ -105,7 +104,7 @@ impl LinkEnd {
     }
 
     /// Hands a snapshot to the ROS side, where somebody wants it; returns `false` where none is free and it may be dropped.
-    pub(crate) fn publish(&mut self, step: u64, states: &[BodyState], wait: Wait) -> bool {
+    pub(crate) fn publish(&mut self, flight: &Flight, wait: Wait) -> bool {
         if wait == Wait::AsConfigured && !self.shared.wanted.load(Ordering::Acquire) {
             return true;
         }
@@ -119,17 +118,15 @@ impl LinkEnd {
                 Err(_) => std::thread::sleep(Duration::from_micros(50)),
             }
         };
-        snapshot.step = step;
-        snapshot.states.copy_from_slice(states);
+        snapshot.take(flight);
         snapshot.again = false;
         self.filled.push(snapshot).is_ok()
     }
 
     /// Has the odometry of a state published once more, for those who have come since.
-    pub(crate) fn repeat(&mut self, step: u64, states: &[BodyState]) {
+    pub(crate) fn repeat(&mut self, flight: &Flight) {
         if let Ok(mut snapshot) = self.empty.pop() {
-            snapshot.step = step;
-            snapshot.states.copy_from_slice(states);
+            snapshot.take(flight);
             snapshot.again = true;
             let _ = self.filled.push(snapshot);
             self.wake();
@@ -185,26 +182,36 @@ impl LinkEnd {
 
 #[cfg(test)]
 mod tests {
-    use lgvi_dynamics::BodyState;
+    use lgvi_scene::Scene;
     use rtrb::RingBuffer;
 
     use super::*;
     use crate::messages::Snapshot;
 
+    const BALL: &str = r#"
+        title = "A ball"
+        [run]
+        duration = 1.0
+        steps = 10
+        [[bodies]]
+        name = "ball"
+        mass = 1.0
+        inertia = [1, 1, 1]
+        position = [0, 0, 0]
+        velocity = [0, 0, 0]
+        attitude = { w = 1, x = 0, y = 0, z = 0 }
+        angular_velocity = [0, 0, 0]
+    "#;
+
     /// The loop's end of a link whose thread has panicked, with one snapshot left.
-    fn orphaned() -> LinkEnd {
+    fn orphaned(scene: &Scene) -> LinkEnd {
         let (filled, other_filled) = RingBuffer::new(1);
         let (mut other_empty, empty) = RingBuffer::new(1);
         let (other_controls, controls) = RingBuffer::new(1);
         let (verdicts, other_verdicts) = RingBuffer::new(1);
-        let (other_wrenches, wrenches) = RingBuffer::new(1);
+        let (other_commands, commands) = RingBuffer::new(1);
         let (requests, other_requests) = mpsc::channel();
-        let snapshot = Snapshot {
-            step: 0,
-            states: Vec::new(),
-            again: false,
-        };
-        other_empty.push(snapshot).unwrap();
+        other_empty.push(Snapshot::new(scene)).unwrap();
         let shared = Arc::new(Shared::default());
         shared.wanted.store(true, Ordering::Release);
         let thread = std::thread::spawn(move || {
@@ -213,7 +220,7 @@ mod tests {
                 other_empty,
                 other_controls,
                 other_verdicts,
-                other_wrenches,
+                other_commands,
                 other_requests,
             );
             panic!("as a fault of the ROS side does");
@@ -226,7 +233,7 @@ mod tests {
             empty,
             controls,
             verdicts,
-            wrenches,
+            commands,
             requests,
             counts: Vec::new(),
             lossless: Arc::new(AtomicBool::new(true)),
@@ -238,11 +245,12 @@ mod tests {
 
     #[test]
     fn a_flight_whose_ros_side_has_died_neither_hangs_nor_goes_on() {
-        let mut link = orphaned();
-        let nobody: [BodyState; 0] = [];
-        assert!(link.publish(1, &nobody, Wait::AsConfigured));
-        assert!(!link.publish(2, &nobody, Wait::AsConfigured));
-        assert!(!link.publish(3, &nobody, Wait::Always));
+        let scene = Scene::parse("test", BALL).unwrap();
+        let flight = Flight::new(&scene).unwrap();
+        let mut link = orphaned(&scene);
+        assert!(link.publish(&flight, Wait::AsConfigured));
+        assert!(!link.publish(&flight, Wait::AsConfigured));
+        assert!(!link.publish(&flight, Wait::Always));
         assert!(matches!(link.check(), Err(LinkError::Ended)));
         assert!(matches!(link.settle(Duration::ZERO), Err(LinkError::Ended)));
         assert!(link.close().is_err());

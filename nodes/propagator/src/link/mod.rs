@@ -4,6 +4,7 @@
 //! preallocated snapshots and of checked control sequences.
 
 mod clock;
+mod commands;
 mod counted;
 mod end;
 mod late;
@@ -11,7 +12,6 @@ mod sequences;
 mod service;
 mod settling;
 mod topics;
-mod wrenches;
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::atomic::AtomicBool;
@@ -26,10 +26,10 @@ use lgvi_scene::Scene;
 use rtrb::RingBuffer;
 use thiserror::Error;
 
+use self::commands::Commands;
 use self::sequences::Sequences;
 use self::service::Link;
 use self::topics::Topics;
-use self::wrenches::Wrenches;
 use crate::ControlError;
 use crate::config::{Config, Rates};
 use crate::messages::Snapshot;
@@ -43,14 +43,14 @@ const SNAPSHOTS: usize = 256;
 /// Control sequences on their way to the loop.
 const SEQUENCES: usize = 8;
 
-/// Wrenches on their way to the loop, and back as sequences that are flown.
-const WRENCHES: usize = 256;
+/// Commands on their way to the loop, and back as sequences that are flown.
+const COMMANDS: usize = 256;
 
 /// What has become of what came in, in the order in which the loop has taken it.
 enum Verdict {
     /// A sequence was accepted at a step, or refused.
     Answer(Result<u64, ControlError>),
-    /// A wrench is flown as this sequence.
+    /// A command is flown as this sequence.
     Flown(Box<ControlSequence>),
 }
 
@@ -119,15 +119,10 @@ pub(crate) fn start(
     let (filled_in, filled_out) = RingBuffer::new(SNAPSHOTS);
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
     let (controls_in, controls_out) = RingBuffer::new(SEQUENCES);
-    let (verdicts_in, verdicts_out) = RingBuffer::new(SEQUENCES + WRENCHES);
-    let (wrenches_in, wrenches_out) = RingBuffer::new(WRENCHES);
+    let (verdicts_in, verdicts_out) = RingBuffer::new(SEQUENCES + COMMANDS);
+    let (commands_in, commands_out) = RingBuffer::new(COMMANDS);
     for _ in 0..SNAPSHOTS {
-        let states = scene.bodies.iter().map(|body| body.state).collect();
-        let _ = empty_in.push(Snapshot {
-            step: 0,
-            states,
-            again: false,
-        });
+        let _ = empty_in.push(Snapshot::new(scene));
     }
     let shared = Arc::new(Shared::default());
     let (requests_in, requests_out) = mpsc::channel();
@@ -138,7 +133,7 @@ pub(crate) fn start(
         topics,
         monitor: Arc::clone(monitor),
         sequences: Sequences::new(&node.ros, shm, "~/control_sequence")?,
-        wrenches: Wrenches::new(&node.ros, scene, &config.wrenches, wrenches_in)?,
+        commands: Commands::new(&node.ros, scene, &config.wrenches, commands_in)?,
         filled: filled_out,
         empty: empty_in,
         controls: controls_in,
@@ -164,7 +159,7 @@ pub(crate) fn start(
         empty: empty_out,
         controls: controls_out,
         verdicts: verdicts_in,
-        wrenches: wrenches_out,
+        commands: commands_out,
         requests: requests_in,
         counts,
         lossless,

@@ -16,11 +16,11 @@ use rtrb::{Consumer, Producer};
 use tracing::{error, info, warn};
 
 use super::clock::FlightClock;
+use super::commands::Commands;
 use super::late::Late;
 use super::sequences::Sequences;
 use super::settling::Settling;
 use super::topics::Topics;
-use super::wrenches::Wrenches;
 use super::{Request, SEQUENCES, SNAPSHOTS, Shared, Verdict};
 use crate::messages::{self, Snapshot};
 use crate::monitor::Monitor;
@@ -36,7 +36,7 @@ const IDLE: Duration = Duration::from_millis(50);
 /// The thread's end of the link.
 pub(super) struct Link {
     pub(super) scene: Arc<Scene>,
-    /// For the potential in the invariants.
+    /// For the invariants, and for the speeds of wheels.
     pub(super) system: System,
     pub(super) names: Vec<Name>,
     pub(super) topics: Topics,
@@ -46,7 +46,7 @@ pub(super) struct Link {
     pub(super) empty: Producer<Snapshot>,
     pub(super) controls: Producer<Arc<Controls>>,
     pub(super) verdicts: Consumer<Verdict>,
-    pub(super) wrenches: Wrenches,
+    pub(super) commands: Commands,
     pub(super) requests: mpsc::Receiver<Request>,
     /// What the loop holds. Kept until it has let go, so that the memory is given back here and not by the loop.
     pub(super) held: Vec<Arc<Controls>>,
@@ -103,7 +103,7 @@ impl Link {
             };
             self.answer_pending();
             let received = self.receive_controls(&mut context)
-                | self.wrenches.receive(&self.scene, &mut context);
+                | self.commands.receive(&self.scene, &mut context);
             self.held.retain(|controls| Arc::strong_count(controls) > 1);
             let mut idle = request.is_none() && !received;
             // All that was there before the request, and not for ever.
@@ -114,7 +114,7 @@ impl Link {
                 idle = false;
                 begun = true;
                 self.publish(&snapshot, &mut sequence);
-                self.monitor.observe(snapshot.step, &snapshot.states);
+                self.monitor.observe(&snapshot);
                 // As many places as snapshots.
                 let _ = self.empty.push(snapshot);
             }
@@ -188,6 +188,14 @@ impl Link {
         for (body, topic) in topics.odometry.iter_mut().enumerate() {
             if topic.wanted()
                 && let Ok(message) = messages::odometry(scene, body, snapshot)
+            {
+                topic.send(&message);
+            }
+        }
+        self.system.set_wheel_states(&snapshot.wheels);
+        for (body, topic) in &mut topics.joints {
+            if topic.wanted()
+                && let Ok(message) = messages::joint_state(scene, &self.system, *body, snapshot)
             {
                 topic.send(&message);
             }

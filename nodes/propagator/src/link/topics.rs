@@ -5,6 +5,7 @@ use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_scene::Scene;
@@ -23,6 +24,8 @@ const FLOWN_DEPTH: usize = 128;
 pub(super) struct Topics {
     pub(super) state: Counted<SystemState>,
     pub(super) odometry: Vec<Counted<Odometry>>,
+    /// The wheels of the bodies that have some.
+    pub(super) joints: Vec<(usize, Counted<JointState>)>,
     pub(super) tf: Counted<TFMessage>,
     pub(super) invariants: Counted<msg::Invariants>,
     pub(super) scene: Counted<msg::Scene>,
@@ -50,6 +53,13 @@ impl Topics {
             }
             Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless)
         });
+        let wheeled = scene.bodies.iter().enumerate();
+        let joints = wheeled
+            .filter(|(_, body)| !body.wheels.is_empty())
+            .map(|(index, body)| {
+                let topic = format!("~/joint_states/{}", body.name);
+                Ok::<_, NodeError>((index, Counted::new(ros, &topic, &stream, lossless)?))
+            });
         let once = Qos::latched(1);
         let tf_static = (!scene.frames.is_empty())
             .then(|| Counted::new(ros, "/tf_static", &once, lossless))
@@ -64,6 +74,7 @@ impl Topics {
             clock: clock.then(|| FlightClock::new(ros)).transpose()?,
             state: Counted::new(ros, "~/state", &stream, lossless)?,
             odometry: odometry.collect::<Result<_, _>>()?,
+            joints: joints.collect::<Result<_, _>>()?,
             tf: Counted::new(ros, "/tf", &stream, lossless)?,
             invariants: Counted::new(ros, "~/invariants", &stream, lossless)?,
         })
@@ -73,12 +84,17 @@ impl Topics {
     pub(super) fn wanted(&self) -> bool {
         // All are asked, for the counts.
         let odometry = self.odometry.iter().filter(|topic| topic.wanted()).count();
+        let joints = self
+            .joints
+            .iter()
+            .filter(|(_, topic)| topic.wanted())
+            .count();
         let others = [
             self.state.wanted(),
             self.tf.wanted(),
             self.invariants.wanted(),
         ];
-        odometry > 0 || others.contains(&true)
+        odometry + joints > 0 || others.contains(&true)
     }
 
     /// Whether odometry, tf and invariants have `count` subscribers each.
@@ -102,6 +118,7 @@ impl Topics {
             &self.intervention,
         ];
         outgoing.extend(self.odometry.iter().map(|topic| topic as &dyn Outgoing));
+        outgoing.extend(self.joints.iter().map(|(_, topic)| topic as &dyn Outgoing));
         outgoing.extend(self.tf_static.iter().map(|topic| topic as &dyn Outgoing));
         outgoing
     }
@@ -110,6 +127,7 @@ impl Topics {
     pub(super) fn counts(&self) -> Vec<Arc<Counts>> {
         let mut counts = vec![self.state.counts()];
         counts.extend(self.odometry.iter().map(Counted::counts));
+        counts.extend(self.joints.iter().map(|(_, topic)| topic.counts()));
         counts.extend([
             self.tf.counts(),
             self.invariants.counts(),

@@ -1,10 +1,12 @@
 //! ROS messages of a state.
 
 use lgvi_common::{body_sample, header, pose};
+use lgvi_dynamics::wheels::WheelState;
 use lgvi_dynamics::{BodyState, System};
 use lgvi_msgs::geometry_msgs::{PoseWithCovariance, Twist, TwistWithCovariance, Vector3};
 use lgvi_msgs::msg::{self, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_msgs::shm::{ConversionError, Name, StateHeader};
 use lgvi_msgs::stamp::StampError;
 use lgvi_scene::Scene;
@@ -12,11 +14,34 @@ use lgvi_scene::Scene;
 use crate::Flight;
 
 /// A state of all bodies, in the scene's units.
+#[derive(Clone)]
 pub(crate) struct Snapshot {
     pub(crate) step: u64,
     pub(crate) states: Vec<BodyState>,
+    /// The states of all wheels, body by body.
+    pub(crate) wheels: Vec<WheelState>,
     /// Whether it has been published before: then only its odometry is.
     pub(crate) again: bool,
+}
+
+impl Snapshot {
+    /// One of the scene's first state.
+    pub(crate) fn new(scene: &Scene) -> Self {
+        Self {
+            step: 0,
+            states: scene.bodies.iter().map(|body| body.state).collect(),
+            wheels: scene.system().wheel_states().collect(),
+            again: false,
+        }
+    }
+
+    /// Takes the present state of a flight.
+    pub(crate) fn take(&mut self, flight: &Flight) {
+        self.step = flight.step();
+        self.states.copy_from_slice(flight.states());
+        self.wheels.clear();
+        self.wheels.extend(flight.wheel_states());
+    }
 }
 
 /// The header of the `sequence`-th state sample, taken at `step`.
@@ -90,6 +115,36 @@ pub(crate) fn odometry(
     })
 }
 
+/// The wheels of a body, which the system has in their present state: angles, speeds and torques.
+pub(crate) fn joint_state(
+    scene: &Scene,
+    system: &System,
+    body: usize,
+    snapshot: &Snapshot,
+) -> Result<JointState, StampError> {
+    let mut message = JointState {
+        header: header(scene, snapshot.step)?,
+        name: scene.bodies[body].wheels.clone(),
+        ..JointState::default()
+    };
+    message
+        .header
+        .frame_id
+        .clone_from(&scene.bodies[body].frame);
+    let rigid = &system.bodies()[body];
+    let rate = snapshot.states[body].angular_velocity(rigid);
+    if let Some(wheels) = rigid.wheels() {
+        for (index, wheel) in wheels.states().iter().enumerate() {
+            message.position.push(wheel.angle);
+            message
+                .velocity
+                .push(wheels.speed(index, &rate) / scene.units.time);
+            message.effort.push(wheel.torque * scene.units.energy());
+        }
+    }
+    Ok(message)
+}
+
 pub(crate) fn invariants(
     scene: &Scene,
     system: &System,
@@ -139,11 +194,8 @@ mod tests {
             angular_velocity = [0, 0, 8]
         "#;
         let scene = Scene::parse("test", text).unwrap();
-        let snapshot = Snapshot {
-            step: 5,
-            states: vec![scene.bodies[0].state],
-            again: false,
-        };
+        let mut snapshot = Snapshot::new(&scene);
+        snapshot.step = 5;
         let odometry = odometry(&scene, 0, &snapshot).unwrap();
         assert_eq!(odometry.header.frame_id, "inertial");
         assert_eq!(odometry.child_frame_id, "ball");

@@ -1,0 +1,196 @@
+//! Reaction wheels commanded from outside: in lockstep, held, over, and their record repeated.
+
+use std::path::{Path, PathBuf};
+use std::thread::sleep;
+use std::time::Duration;
+
+use lgvi_middleware::ros::{Publisher, Qos, Subscription};
+use lgvi_msgs::msg::{ControlSequence, Invariants, SystemState};
+use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::sensor_msgs::JointState;
+use lgvi_tests::{PATIENCE, Process, Recording, World, edited, eventually};
+
+const STATE: &str = "/lgvi_propagator/state";
+const FLOWN: &str = "/lgvi_propagator/flown_control";
+const JOINTS: &str = "/lgvi_propagator/joint_states/body";
+
+/// Steps of the flights, of 0.01 s.
+const STEPS: u64 = 500;
+
+/// `scenes/free_body.toml` with fewer steps, without rotation and with two wheels, of which the second is slow.
+fn scene(world: &World) -> PathBuf {
+    let wheels = "angular_velocity = [0.0, 0.0, 0.0]\n\
+        [[bodies.wheels]]\nname = \"fast\"\naxis = [0, 0, 2]\ninertia = 0.01\nspeed = 100.0\nmax_torque = 0.5\n\
+        [[bodies.wheels]]\nname = \"slow\"\naxis = [1, 0, 1]\ninertia = 0.02\nmax_speed = 20.0\n";
+    let changes = [
+        ("duration = 100.0", "duration = 5.0"),
+        ("steps = 10000", "steps = 500"),
+        ("ros_every = 100", "ros_every = 10"),
+        ("angular_velocity = [1.0, 0.5, -0.75]", wheels),
+    ];
+    edited(world, "free_body", &changes)
+}
+
+/// A controller and the flight that it commands.
+struct Flight {
+    flight: Process,
+    odometry: Subscription<Odometry>,
+    torque: Publisher<JointState>,
+}
+
+impl Flight {
+    fn start(world: &World, bag: &str, arguments: &[&str]) -> Self {
+        let ros = world.ros_node("controller");
+        let odometry = ros
+            .subscription("/lgvi_propagator/odometry/body", &Qos::reliable(1000))
+            .unwrap();
+        let torque = ros
+            .publisher("/lgvi_propagator/wheel_torque/body", &Qos::reliable(10))
+            .unwrap();
+        let flight = world.start_flight(&scene(world), bag, arguments);
+        Self {
+            flight,
+            odometry,
+            torque,
+        }
+    }
+
+    /// The next odometry.
+    fn state(&self) -> Odometry {
+        let message = self.odometry.recv_timeout(PATIENCE).unwrap();
+        message.expect("odometry").message
+    }
+}
+
+fn torques(state: &Odometry, named: &[(&str, f64)]) -> JointState {
+    JointState {
+        header: state.header.clone(),
+        name: named.iter().map(|(name, _)| (*name).into()).collect(),
+        effort: named.iter().map(|(_, torque)| *torque).collect(),
+        ..JointState::default()
+    }
+}
+
+/// Flies with a controller that speeds the wheels up, and takes its time to answer.
+fn fly_in_lockstep(world: &World, bag: &str, thinks: Duration) -> PathBuf {
+    let arguments = ["--await-wheels", "body", "--control-period", "0.1"];
+    let flight = Flight::start(world, bag, &arguments);
+    for number in 0..STEPS / 10 {
+        let state = flight.state();
+        sleep(thinks);
+        let first = if number < 10 { 0.2 } else { -2.0 };
+        let message = torques(&state, &[("slow", 0.3), ("fast", first)]);
+        flight.torque.publish(&message).unwrap();
+    }
+    flight.flight.finish().expect(0);
+    world.path(bag)
+}
+
+fn norm(vector: [f64; 3]) -> f64 {
+    vector
+        .iter()
+        .map(|component| component * component)
+        .sum::<f64>()
+        .sqrt()
+}
+
+#[test]
+fn in_lockstep_wheels_turn_the_body_and_the_total_momentum_stays() {
+    let world = World::new();
+    let fast = fly_in_lockstep(&world, "fast", Duration::ZERO);
+    let slow = fly_in_lockstep(&world, "slow", Duration::from_millis(20));
+    let read = |bag: &Path| {
+        let recording = Recording::read(bag);
+        let mut states = recording.messages::<SystemState>(STATE);
+        states.sort_by_key(|state| state.step);
+        let states: Vec<_> = states.into_iter().map(|state| state.bodies).collect();
+        let joints = recording.messages::<JointState>(JOINTS);
+        (states, joints, recording.messages::<ControlSequence>(FLOWN))
+    };
+    let (states, joints, flown) = read(&fast);
+    assert_eq!(flown.len() as u64, STEPS / 10);
+    assert_eq!(flown[20].wheel_torque, [-2.0, 0.3]);
+    assert!(flown[20].force.is_empty());
+    assert!(
+        (states, joints.clone(), flown) == read(&slow),
+        "the flights differ"
+    );
+    for bag in [&fast, &slow] {
+        world.verify_agrees(bag, STEPS + 1);
+    }
+
+    assert_eq!(joints.len() as u64, STEPS / 10 + 1);
+    let [first, last] = [&joints[0], &joints[joints.len() - 1]];
+    assert_eq!(first.name, ["fast", "slow"]);
+    assert_eq!(first.velocity, [100.0, 0.0]);
+    // The motor of the first is weaker than asked for; the second has reached its largest speed.
+    assert!(
+        (joints[15].effort[0] + 0.5).abs() < 1e-12,
+        "{:?}",
+        joints[15]
+    );
+    assert!((last.velocity[1] - 20.0).abs() < 0.5, "{last:?}");
+    let spins = Recording::read(&fast).messages::<Invariants>("/lgvi_propagator/invariants");
+    let start = spins[0].angular_momentum;
+    assert!((norm(start) - 1.0).abs() < 1e-12, "{start:?}");
+    for invariants in &spins {
+        let change: Vec<_> = (0..3)
+            .map(|i| invariants.angular_momentum[i] - start[i])
+            .collect();
+        let change = norm([change[0], change[1], change[2]]);
+        assert!(change < 1e-14, "{change:e} at step {}", invariants.step);
+    }
+    let states = Recording::read(&fast).messages::<SystemState>(STATE);
+    let turned = states
+        .iter()
+        .map(|state| norm(state.bodies[0].angular_momentum));
+    assert!(turned.fold(0.0, f64::max) > 0.3, "the body has not turned");
+    world
+        .lgvi(["plot", fast.to_str().unwrap()])
+        .finish()
+        .expect(0);
+}
+
+#[test]
+fn torques_end_after_their_time_and_wrong_ones_are_refused() {
+    let world = World::new();
+    let flight = Flight::start(&world, "bag", &["--real-time-factor", "1"]);
+    let state = flight.state();
+    let refused = |named: &[(&str, f64)], says: &str| {
+        flight.torque.publish(&torques(&state, named)).unwrap();
+        flight
+            .flight
+            .await_stderr(&format!("torque for the wheels of body refused: {says}"));
+        sleep(Duration::from_millis(1050));
+    };
+    flight
+        .torque
+        .publish(&torques(&state, &[("fast", 0.1)]))
+        .unwrap();
+    refused(
+        &[("third", 0.1)],
+        "`name` contains \"third\", expected wheels of the body: fast, slow",
+    );
+    refused(
+        &[("slow", f64::NAN)],
+        "`effort` of slow is NaN, expected a finite number",
+    );
+    let mut message = torques(&state, &[("slow", 0.1)]);
+    message.effort.clear();
+    flight.torque.publish(&message).unwrap();
+    flight
+        .flight
+        .await_stderr("1 elements in `name` and 0 in `effort`, expected the same number");
+    flight
+        .flight
+        .await_stderr("no new torque for the wheels of body");
+    flight.flight.finish().expect(0);
+    let bag = world.path("bag");
+    world.verify_agrees(&bag, STEPS + 1);
+    let flown = Recording::read(&bag).messages::<ControlSequence>(FLOWN);
+    assert_eq!(flown.len(), 1);
+    // 0.1 N m for the second that a torque acts for.
+    let joints = Recording::read(&bag).messages::<JointState>(JOINTS);
+    let last = &joints[joints.len() - 1];
+    assert!((last.velocity[0] - 110.0).abs() < 0.1, "{last:?}");
+}

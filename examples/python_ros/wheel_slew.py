@@ -20,8 +20,8 @@ from sensor_msgs.msg import JointState
 BODY = "satellite"
 INERTIA = [0.35, 0.3, 0.2]  # kg m^2
 AXES = {"wheel_1": (1, 0, 1), "wheel_2": (0, 1, 1), "wheel_3": (-1, 0, 1), "wheel_4": (0, -1, 1)}  # times 1/sqrt(2)
-TARGET = (sqrt(0.5), sqrt(0.5), 0.0, 0.0)  # w, x, y, z: a quarter turn about the x axis
-STIFFNESS, DAMPING = 0.02, 0.25  # of the closed loop: 1/s^2, 1/s
+TARGET = (sqrt(0.5), 0.0, sqrt(0.5), 0.0)  # w, x, y, z: a quarter turn about the y axis
+STIFFNESS, DAMPING = 0.1, 0.5  # of the closed loop: 1/s^2, 1/s
 
 
 def error(attitude):

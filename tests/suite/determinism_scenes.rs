@@ -96,6 +96,7 @@ scenes!(
     slew_keep_out,
     tumbling_target,
     two_dumbbells,
+    wheel_slew,
 );
 
 /// Plans and flights without nodes, hashed by the example `fly`.

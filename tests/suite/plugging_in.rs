@@ -7,6 +7,7 @@ use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
 use lgvi_msgs::geometry_msgs::{PointStamped, Vector3, Vector3Stamped};
 use lgvi_msgs::msg::{BodyState, ControlSequence, Invariants, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
+use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_msgs::std_msgs::Header;
 use lgvi_tests::{Process, Recording, Summary, World, binary, eventually, fast_dds, root, scene};
 use serde::Deserialize;
@@ -224,6 +225,31 @@ fn a_controller_on_rclpy_stops_the_rotation_in_lockstep() {
         "{spin:?}"
     );
     world.verify_agrees(&world.path("flight"), 10_001);
+}
+
+/// A quarter turn about y. The second wheel saturates on the way.
+#[test]
+fn a_controller_on_rclpy_turns_a_satellite_by_its_wheels() {
+    let world = World::new();
+    let node = world.ros_python(&example("python_ros/wheel_slew.py"), &[]);
+    let arguments = ["--await-wheels", "satellite", "--control-period", "0.1"];
+    let flight = world.start_flight(&scene("wheel_slew"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+    node.stop().expect(0);
+    let state = bag.messages::<SystemState>(STATE);
+    let last = state.iter().max_by_key(|state| state.step).unwrap();
+    let quarter = [0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0];
+    let miss = last.bodies[0].attitude.iter().zip(quarter);
+    let miss = miss.map(|(found, expected)| (found - expected).abs());
+    let miss = miss.fold(0.0, f64::max);
+    assert!(miss < 0.02, "{miss}: {last:?}");
+    let joints = bag.messages::<JointState>("/lgvi_propagator/joint_states/satellite");
+    let most = |wheel: usize| {
+        let speeds = joints.iter().map(|state| state.velocity[wheel].abs());
+        speeds.fold(0.0, f64::max)
+    };
+    assert!(most(1) > 599.0 && most(1) < 601.0, "{}", most(1));
+    world.verify_agrees(&world.path("flight"), 6001);
 }
 
 #[test]

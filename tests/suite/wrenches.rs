@@ -317,7 +317,7 @@ fn parameters_of_a_cycle_that_cannot_be_are_refused() {
     for (parameter, says) in [
         (
             "await_wrench:=[moon]",
-            "contains \"moon\", expected bodies on which wrenches are taken: body",
+            "contains \"moon\", expected bodies that take such commands: body",
         ),
         (
             "control_period:=0.015",

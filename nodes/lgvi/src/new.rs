@@ -22,7 +22,7 @@ macro_rules! template {
     };
 }
 /// The shipped scenes.
-const TEMPLATES: [(&str, &str); 17] = [
+const TEMPLATES: [(&str, &str); 18] = [
     template!("asteroid_orbiter"),
     template!("binary_asteroid"),
     template!("dispersed_capture"),
@@ -40,6 +40,7 @@ const TEMPLATES: [(&str, &str); 17] = [
     template!("slew_keep_out"),
     template!("tumbling_target"),
     template!("two_dumbbells"),
+    template!("wheel_slew"),
 ];
 
 /// The command line of `lgvi new`.

@@ -74,8 +74,11 @@ pub(crate) trait Lane:
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
     + Div<Output = Self>
+    + Div<f64, Output = Self>
     + Neg<Output = Self>
 {
     /// Proof that the instructions are available.
@@ -91,6 +94,11 @@ pub(crate) trait Lane:
     fn constant(self, number: f64) -> Self;
 
     fn sqrt(self) -> Self;
+
+    fn abs(self) -> Self;
+
+    /// The magnitude of `self` with the sign of `other`.
+    fn copysign(self, other: Self) -> Self;
 
     /// Mask whose bit k is set if `self ≤ other` in lane k.
     fn at_most(self, other: Self) -> u32;
@@ -126,6 +134,16 @@ impl Lane for f64 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
+    }
+
+    #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+
+    #[inline(always)]
+    fn copysign(self, other: Self) -> Self {
+        f64::copysign(self, other)
     }
 
     #[inline(always)]
@@ -174,6 +192,16 @@ macro_rules! vector_lane {
             #[inline(always)]
             fn sqrt(self) -> Self {
                 SimdFloat::sqrt(self)
+            }
+
+            #[inline(always)]
+            fn abs(self) -> Self {
+                SimdBase::abs(self)
+            }
+
+            #[inline(always)]
+            fn copysign(self, other: Self) -> Self {
+                SimdFloat::copysign(self, other)
             }
 
             #[inline(always)]

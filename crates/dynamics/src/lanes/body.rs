@@ -1,8 +1,9 @@
 use nalgebra::Vector3;
 
 use super::flight::Batch;
+use crate::integrator::Rotor;
 use crate::lane::{Lane, Matrix, Vector};
-use crate::rotation::DiscreteRotation;
+use crate::rotation::{DiscreteRotation, FreeRotation, FreeRotations};
 use crate::{BodyState, Load, Mobility};
 
 /// The state of one body in every lane.
@@ -145,12 +146,18 @@ pub(super) struct Point<T> {
     pub(super) position: Vector<T>,
 }
 
+/// The rotation of one body in every lane.
+pub(super) enum Rotation<T> {
+    Discrete(DiscreteRotation<T>),
+    Free(FreeRotations<T>),
+}
+
 /// One body in every lane.
 pub(super) struct Body<T> {
     pub(super) motion: Motion,
     /// `1/m`.
     pub(super) per_mass: T,
-    pub(super) rotation: DiscreteRotation<T>,
+    pub(super) rotation: Rotation<T>,
     pub(super) points: Vec<Point<T>>,
     /// Radius that no other body may enter.
     pub(super) radius: T,
@@ -164,14 +171,22 @@ impl<T: Lane> Body<T> {
             mass: zero,
             position: Vector::splat(token, &Vector3::zeros()),
         };
-        let members = batch.members.iter();
-        let rotations: Vec<_> = members
-            .map(|member| member.system.bodies()[index].inertia().rotation)
-            .collect();
+        let inertias = batch.members.iter();
+        let inertias = inertias.map(|member| member.system.bodies()[index].inertia());
+        let rotation = match batch.layout.rotor {
+            Rotor::Discrete => {
+                let each: Vec<_> = inertias.map(|inertia| inertia.rotation).collect();
+                Rotation::Discrete(DiscreteRotation::gather(token, &each))
+            }
+            Rotor::Exact => {
+                let each = inertias.map(FreeRotation::new).collect();
+                Rotation::Free(FreeRotations::gather(token, each))
+            }
+        };
         let mut body = Self {
             motion: batch.layout.motions[index],
             per_mass: zero,
-            rotation: DiscreteRotation::gather(token, &rotations),
+            rotation,
             points: vec![point; batch.layout.points[index]],
             radius: zero,
         };

@@ -9,9 +9,9 @@ use crate::{MassDistribution, Method, System};
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum Unfit {
-    /// The method is not a splitting with the discrete rotor.
+    /// The method is not a splitting into kicks and free motion.
     #[error(
-        "lanes cannot fly by {method}, expected LGVI, Lie–Euler or a composition with the discrete rotor"
+        "lanes cannot fly by {method}, expected LGVI, Lie–Euler, a composition or a Nyström splitting"
     )]
     Method {
         /// Name of the method.
@@ -58,6 +58,7 @@ pub enum Unfit {
 pub(super) struct Layout {
     pub(super) stages: Vec<(f64, f64)>,
     pub(super) last_kick: f64,
+    pub(super) rotor: Rotor,
     pub(super) forms: Vec<Form>,
     pub(super) motions: Vec<Motion>,
     /// True if a body or source has an extent that another could enter.
@@ -73,7 +74,8 @@ pub fn fit(system: &System, method: Method) -> Result<(), Unfit> {
 
 impl Layout {
     pub(super) fn of(system: &System, method: Method) -> Result<Self, Unfit> {
-        let (stages, last_kick) = stages(system, method)?;
+        let (splitting, rotor) = splitting(system, method)?;
+        let (stages, last_kick) = splitting.coefficients();
         let bodies = system.bodies();
         let forms = system.forms().ok_or(Unfit::Gravity)?;
         let mut motions = Vec::with_capacity(bodies.len());
@@ -91,6 +93,7 @@ impl Layout {
         Ok(Self {
             stages,
             last_kick,
+            rotor,
             motions,
             extents: bodies.iter().any(|body| body.radius() > 0.0) || forms.iter().any(wide),
             forms,
@@ -99,21 +102,17 @@ impl Layout {
     }
 }
 
-/// Coefficients of the kicks and drifts.
-fn stages(system: &System, method: Method) -> Result<(Vec<(f64, f64)>, f64), Unfit> {
+/// The splitting of the method and its rotor.
+fn splitting(system: &System, method: Method) -> Result<(Splitting, Rotor), Unfit> {
     let bodies = system.bodies();
     let splitting = match method {
-        Method::Lgvi(rotor @ Rotor::Discrete) => Some(Splitting::lgvi(rotor, bodies)),
-        Method::LieEuler(rotor @ Rotor::Discrete) => Some(Splitting::lie_euler(rotor, bodies)),
-        Method::Composition {
-            order,
-            rotor: rotor @ Rotor::Discrete,
-        } => Splitting::composition(order, rotor, bodies).ok(),
+        Method::Lgvi(rotor) => Some(Splitting::lgvi(rotor, bodies)),
+        Method::LieEuler(rotor) => Some(Splitting::lie_euler(rotor, bodies)),
+        Method::Composition { order, rotor } => Splitting::composition(order, rotor, bodies).ok(),
+        Method::Nystrom { order } => Splitting::nystrom(order, bodies).ok(),
         _ => None,
     };
-    splitting
-        .map(|splitting| splitting.coefficients())
-        .ok_or_else(|| Unfit::Method {
-            method: method.to_string(),
-        })
+    splitting.zip(method.rotor()).ok_or_else(|| Unfit::Method {
+        method: method.to_string(),
+    })
 }

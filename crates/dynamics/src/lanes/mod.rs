@@ -13,7 +13,6 @@
 //! Everything else is [`Unfit`] and requires [`Simulation`](crate::Simulation).
 
 mod body;
-mod carry;
 mod end;
 mod fit;
 mod flight;

@@ -9,6 +9,7 @@
 
 mod discrete;
 mod free;
+mod lane_quaternion;
 mod newton;
 mod principal;
 mod quartic;
@@ -19,7 +20,9 @@ use thiserror::Error;
 
 pub use free::FreeRotation;
 
-pub(crate) use discrete::{DiscreteRotation, LaneQuaternion, Solved};
+pub(crate) use discrete::{DiscreteRotation, Solved};
+pub(crate) use free::FreeRotations;
+pub(crate) use lane_quaternion::LaneQuaternion;
 pub(crate) use principal::PrincipalAxes;
 
 use crate::Inertia;

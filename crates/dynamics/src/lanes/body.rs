@@ -1,10 +1,12 @@
 use nalgebra::Vector3;
 
+use super::fit::Shape;
 use super::flight::Batch;
+use super::multipole::Multipole;
 use crate::integrator::Rotor;
 use crate::lane::{Lane, Matrix, Vector};
 use crate::rotation::{DiscreteRotation, FreeRotation, FreeRotations};
-use crate::{BodyState, Load, Mobility};
+use crate::{BodyState, Load, MassDistribution, Mobility};
 
 /// The state of one body in every lane.
 #[derive(Clone, Copy)]
@@ -146,6 +148,12 @@ pub(super) struct Point<T> {
     pub(super) position: Vector<T>,
 }
 
+/// The mass distribution of one body in every lane.
+pub(super) enum Mass<T> {
+    Points(Vec<Point<T>>),
+    Multipole(Multipole<T>),
+}
+
 /// The rotation of one body in every lane.
 pub(super) enum Rotation<T> {
     Discrete(DiscreteRotation<T>),
@@ -158,7 +166,7 @@ pub(super) struct Body<T> {
     /// `1/m`.
     pub(super) per_mass: T,
     pub(super) rotation: Rotation<T>,
-    pub(super) points: Vec<Point<T>>,
+    pub(super) mass: Mass<T>,
     /// Radius that no other body may enter.
     pub(super) radius: T,
 }
@@ -170,6 +178,10 @@ impl<T: Lane> Body<T> {
         let point = Point {
             mass: zero,
             position: Vector::splat(token, &Vector3::zeros()),
+        };
+        let mass = match batch.layout.shapes[index] {
+            Shape::Points(count) => Mass::Points(vec![point; count]),
+            Shape::Multipole => Mass::Multipole(Multipole::none(token)),
         };
         let inertias = batch.members.iter();
         let inertias = inertias.map(|member| member.system.bodies()[index].inertia());
@@ -187,16 +199,24 @@ impl<T: Lane> Body<T> {
             motion: batch.layout.motions[index],
             per_mass: zero,
             rotation,
-            points: vec![point; batch.layout.points[index]],
+            mass,
             radius: zero,
         };
         for (k, member) in batch.members.iter().enumerate() {
             let from = &member.system.bodies()[index];
             body.per_mass.set_lane(k, from.mass().recip());
             body.radius.set_lane(k, from.radius());
-            for (point, from) in body.points.iter_mut().zip(from.points()) {
-                point.mass.set_lane(k, from.mass);
-                point.position.set_lane(k, &from.position);
+            match (&mut body.mass, from.distribution()) {
+                (Mass::Multipole(multipole), MassDistribution::Multipole(from)) => {
+                    multipole.set_lane(k, from);
+                }
+                (Mass::Points(points), _) => {
+                    for (point, from) in points.iter_mut().zip(from.points()) {
+                        point.mass.set_lane(k, from.mass);
+                        point.position.set_lane(k, &from.position);
+                    }
+                }
+                (Mass::Multipole(_), _) => {}
             }
         }
         body

@@ -3,7 +3,7 @@ use thiserror::Error;
 use super::body::Motion;
 use crate::gravity::Form;
 use crate::integrator::{Rotor, Splitting};
-use crate::{MassDistribution, Method, System};
+use crate::{MassDistribution, Method, RigidBody, System};
 
 /// Reasons why lanes cannot integrate a system. Bodies are counted from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -22,8 +22,8 @@ pub enum Unfit {
         "this gravity cannot be computed side by side; expected point masses, second moments, a uniform field or mutual gravity"
     )]
     Gravity,
-    /// Gravity acts on a body other than through points.
-    #[error("body {body} does not consist of point masses")]
+    /// Gravity acts on a body other than through points or a second-order multipole.
+    #[error("body {body} is neither of point masses nor a multipole of second order")]
     Distribution {
         /// Index of the body.
         body: usize,
@@ -63,8 +63,28 @@ pub(super) struct Layout {
     pub(super) motions: Vec<Motion>,
     /// True if a body or source has an extent that another could enter.
     pub(super) extents: bool,
-    /// Number of points of each body.
-    pub(super) points: Vec<usize>,
+    pub(super) shapes: Vec<Shape>,
+}
+
+/// The kind of a body's mass distribution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Shape {
+    /// This number of points.
+    Points(usize),
+    /// A second-order multipole.
+    Multipole,
+}
+
+impl Shape {
+    fn of(body: &RigidBody) -> Option<Self> {
+        match body.distribution() {
+            MassDistribution::Points(points) => Some(Self::Points(points.len())),
+            MassDistribution::Multipole(multipole) => {
+                (multipole.order() == 2).then_some(Self::Multipole)
+            }
+            MassDistribution::Polyhedron(_) => None,
+        }
+    }
 }
 
 /// Returns an error if lanes cannot integrate `system` by `method`.
@@ -79,10 +99,9 @@ impl Layout {
         let bodies = system.bodies();
         let forms = system.forms().ok_or(Unfit::Gravity)?;
         let mut motions = Vec::with_capacity(bodies.len());
+        let mut shapes = Vec::with_capacity(bodies.len());
         for (index, body) in bodies.iter().enumerate() {
-            if !matches!(body.distribution(), MassDistribution::Points(_)) {
-                return Err(Unfit::Distribution { body: index });
-            }
+            shapes.push(Shape::of(body).ok_or(Unfit::Distribution { body: index })?);
             let motion = Motion::of(body.mobility()).ok_or(Unfit::Mobility { body: index })?;
             motions.push(motion);
         }
@@ -97,7 +116,7 @@ impl Layout {
             motions,
             extents: bodies.iter().any(|body| body.radius() > 0.0) || forms.iter().any(wide),
             forms,
-            points: bodies.iter().map(|body| body.points().len()).collect(),
+            shapes,
         })
     }
 }

@@ -18,6 +18,7 @@ mod fit;
 mod flight;
 mod gravity;
 mod kernel;
+mod multipole;
 mod mutual;
 mod rescue;
 

@@ -1,7 +1,8 @@
-use super::body::{Body, Effect, Motion, Point, State};
+use super::body::{Body, Effect, Mass, Motion, Point, State};
+use super::multipole::{self, Multipole};
 use crate::lane::{Lane, Matrix, Vector, attraction};
 
-/// Mutual attraction of points, by pairs of bodies and pairs of couples of points, in the same order as
+/// Mutual attraction by pairs of bodies, and of points by pairs of couples of points, in the same order as
 /// [`Mutual`](crate::gravity::Mutual).
 pub(super) struct Mutual<T> {
     constant: T,
@@ -18,15 +19,18 @@ struct Couple<T> {
 }
 
 /// The force and moments between two bodies, without the gravitational constant.
-struct Exchange<T> {
+pub(super) struct Exchange<T> {
     /// Force on the first body, inertial frame. The force on the second is its opposite.
-    force: Vector<T>,
-    moments: [Vector<T>; 2],
+    pub(super) force: Vector<T>,
+    pub(super) moments: [Vector<T>; 2],
 }
 
 impl<T: Lane> Mutual<T> {
     pub(super) fn new(token: T::Token, constant: f64, bodies: &[Body<T>]) -> Self {
-        let points = bodies.iter().map(|body| body.points.len());
+        let points = bodies.iter().map(|body| match &body.mass {
+            Mass::Points(points) => points.len(),
+            Mass::Multipole(_) => 0,
+        });
         let most = points.max().unwrap_or(0).div_ceil(2);
         Self {
             constant: T::splat(token, constant),
@@ -58,19 +62,81 @@ impl<T: Lane> Mutual<T> {
 
     #[inline(always)]
     fn exchange(&mut self, bodies: [&Body<T>; 2], states: [&State<T>; 2]) -> Exchange<T> {
-        if let ([p, q], [r, s]) = (&bodies[0].points[..], &bodies[1].points[..]) {
+        match [&bodies[0].mass, &bodies[1].mass] {
+            [Mass::Points(first), Mass::Points(second)] => {
+                self.between_points([first, second], states)
+            }
+            [Mass::Multipole(first), Mass::Multipole(second)] => {
+                multipole::between([first, second], states)
+            }
+            [Mass::Multipole(field), Mass::Points(points)] => {
+                attracted(field, states[0], points, states[1])
+            }
+            [Mass::Points(points), Mass::Multipole(field)] => {
+                attracted(field, states[1], points, states[0]).swapped()
+            }
+        }
+    }
+
+    #[inline(always)]
+    fn between_points(&mut self, bodies: [&[Point<T>]; 2], states: [&State<T>; 2]) -> Exchange<T> {
+        if let ([p, q], [r, s]) = (bodies[0], bodies[1]) {
             let own = Couple::new(p, Some(q), &states[0].attitude);
             let theirs = Couple::new(r, Some(s), &states[1].attitude);
             return between([&[own], &[theirs]], states);
         }
-        for ((couples, body), state) in self.couples.iter_mut().zip(bodies).zip(states) {
+        for ((couples, points), state) in self.couples.iter_mut().zip(bodies).zip(states) {
             couples.clear();
-            for points in body.points.chunks(2) {
+            for points in points.chunks(2) {
                 couples.push(Couple::new(&points[0], points.get(1), &state.attitude));
             }
         }
         let [own, theirs] = &self.couples;
         between([own, theirs], states)
+    }
+}
+
+impl<T: Lane> Exchange<T> {
+    /// The exchange with the bodies in reverse order.
+    #[inline(always)]
+    fn swapped(self) -> Self {
+        let [first, second] = self.moments;
+        Self {
+            force: -self.force,
+            moments: [second, first],
+        }
+    }
+}
+
+/// The exchange between a multipole and another body's points.
+#[inline(always)]
+fn attracted<T: Lane>(
+    field: &Multipole<T>,
+    at: &State<T>,
+    points: &[Point<T>],
+    there: &State<T>,
+) -> Exchange<T> {
+    let separation = at.attitude.tr_mul(there.position - at.position);
+    let [a, b, c] = there.attitude.0;
+    let turn = Matrix([
+        at.attitude.tr_mul(a),
+        at.attitude.tr_mul(b),
+        at.attitude.tr_mul(c),
+    ]);
+    let zero = separation.x.constant(0.0);
+    let zero = Vector::new(zero, zero, zero);
+    let (mut recoil, mut torque, mut other_torque) = (zero, zero, zero);
+    for Point { mass, position } in points {
+        let arm = turn * *position;
+        let d = separation + arm;
+        let force = field.acceleration(d) * *mass;
+        recoil = recoil - force;
+        torque = torque + force.cross(d);
+        other_torque = other_torque + arm.cross(force);
+    }
+    Exchange {
+        force: at.attitude * recoil,
+        moments: [torque, turn.tr_mul(other_torque)],
     }
 }
 

@@ -2,7 +2,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use lgvi_dynamics::gravity::{Central, Fixed, Gravity, Multipole, Mutual, Uniform};
+use lgvi_dynamics::gravity::{Central, Fixed, Gravity, Moments, Multipole, Mutual, Uniform};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{
     Flight, FlyError, Instructions, Member, Outcome, Thrust, Unfit, Width, fit, fly,
@@ -147,20 +147,23 @@ fn satellite(sample: usize) -> Member {
         [2.0, 0.3, 0.5],
         [[0.0, 0.7, 0.1], [0.3, 0.1, 0.9]],
     )];
+    member(bodies, attractors(), states)
+}
+
+fn attractors() -> Vec<Box<dyn Gravity>> {
     let pole = lgvi_lie::exp(&Vector3::new(0.4, 0.0, 0.1));
     let planet = Fixed::new(
         Multipole::oblate(1.0, 1e-2, 0.9),
         Vector3::new(0.1, 0.0, 0.2),
         pole,
     );
-    let gravity: Vec<Box<dyn Gravity>> = vec![
+    vec![
         Box::new(planet.with_radius(0.5).unwrap()),
         Box::new(Central { gm: 0.2 }),
         Box::new(Uniform {
             acceleration: Vector3::new(0.0, 0.01, -0.02),
         }),
-    ];
-    member(bodies, gravity, states)
+    ]
 }
 
 /// A pendulum in a uniform field.
@@ -193,7 +196,57 @@ fn spinner(sample: usize) -> Member {
     member(bodies, Vec::new(), states)
 }
 
-const SYSTEMS: [fn(usize) -> Member; 5] = [dumbbells, company, satellite, pendulum, spinner];
+fn multipole(sample: usize, moments: [f64; 3], turned: bool) -> RigidBody {
+    let from = body(sample, moments, turned, &[]);
+    let multipole = Multipole::of_inertia(from.mass(), from.inertia());
+    RigidBody::with_multipole(from.inertia().clone(), multipole).unwrap()
+}
+
+/// Two multipoles, two bodies of points, and a multipole that is fixed, which attract each other, in a uniform field.
+fn asteroids(sample: usize) -> Member {
+    let points = [[0.1, 0.0, 0.0], [-0.1, 0.2, 0.0], [0.0, -0.2, 0.0]];
+    let bodies = vec![
+        multipole(sample, [0.5, 0.6, 0.7], true),
+        body(sample, [0.3, 0.2, 0.4], false, &points),
+        multipole(sample + 20, [0.4, 0.4, 0.6], false)
+            .with_radius(0.3)
+            .unwrap(),
+        multipole(sample + 40, [0.5, 0.6, 0.7], false).with_mobility(Mobility::Fixed),
+        body(sample, [0.3, 0.2, 0.4], true, &[]),
+    ];
+    let rates = [[0.1, 0.3, -0.1], [0.5, -0.2, 0.8]];
+    let places = [
+        [3.0, 0.0, 0.0],
+        [0.0, 3.0, 0.5],
+        [-1.0, -2.0, 0.5],
+        [0.0, 0.5, -3.0],
+        [-3.0, 2.0, 1.0],
+    ];
+    let each = bodies.iter().zip(places);
+    let states = each.map(|(body, place)| state(sample, body, place, rates));
+    let states = states.collect();
+    let gravity: Vec<Box<dyn Gravity>> = vec![
+        Box::new(Mutual::new(0.7)),
+        Box::new(Uniform {
+            acceleration: Vector3::new(0.0, 0.01, -0.02),
+        }),
+    ];
+    member(bodies, gravity, states)
+}
+
+/// A multipole under the attractors of [`satellite`].
+fn orbiter(sample: usize) -> Member {
+    let Member { states, .. } = satellite(sample);
+    member(
+        vec![multipole(sample, [0.5, 0.6, 0.7], true)],
+        attractors(),
+        states,
+    )
+}
+
+const SYSTEMS: [fn(usize) -> Member; 7] = [
+    dumbbells, company, satellite, pendulum, spinner, asteroids, orbiter,
+];
 
 /// The result of a simulation.
 fn simulated(flight: &Flight, member: Member) -> Outcome {
@@ -491,7 +544,7 @@ fn what_lanes_cannot_fly_is_refused() {
     let system = System::new(vec![plain(), driven], vec![]);
     assert_eq!(unfit(&system, lgvi), Unfit::Mobility { body: 1 });
     let inertia = plain().inertia().clone();
-    let multipole = Multipole::of_inertia(1.0, &inertia);
+    let multipole = Multipole::of_moments(1.0, &Moments::of_ellipsoid(1.0, [1.0, 1.1, 1.2]));
     let body = RigidBody::with_multipole(inertia, multipole).unwrap();
     let system = System::new(vec![body], vec![]);
     assert_eq!(unfit(&system, lgvi), Unfit::Distribution { body: 0 });

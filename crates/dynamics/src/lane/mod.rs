@@ -109,6 +109,10 @@ pub(crate) trait Lane:
     /// The values of `self` in `lanes`, and those of `others` elsewhere.
     fn where_in(self, lanes: u32, others: Self) -> Self;
 
+    /// Evaluates `run`, which must be inlined, with the instructions of these lanes, in a function of its own that is
+    /// not.
+    fn vectorize<R>(self, run: impl FnOnce() -> R) -> R;
+
     /// The value in lane k.
     fn lane(&self, k: usize) -> f64;
 
@@ -159,6 +163,11 @@ impl Lane for f64 {
     #[inline(always)]
     fn where_in(self, lanes: u32, others: Self) -> Self {
         if lanes & 1 == 1 { self } else { others }
+    }
+
+    #[inline(always)]
+    fn vectorize<R>(self, run: impl FnOnce() -> R) -> R {
+        run()
     }
 
     #[inline(always)]
@@ -218,6 +227,11 @@ macro_rules! vector_lane {
             fn where_in(self, lanes: u32, others: Self) -> Self {
                 let mask = <Self as SimdBase<S>>::Mask::from_bitmask(self.simd, lanes.into());
                 mask.select(self, others)
+            }
+
+            #[inline(always)]
+            fn vectorize<R>(self, run: impl FnOnce() -> R) -> R {
+                self.simd.vectorize(run)
             }
 
             #[inline(always)]

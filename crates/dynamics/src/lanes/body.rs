@@ -181,7 +181,7 @@ impl<T: Lane> Body<T> {
         };
         let mass = match batch.layout.shapes[index] {
             Shape::Points(count) => Mass::Points(vec![point; count]),
-            Shape::Multipole => Mass::Multipole(Multipole::none(token)),
+            Shape::Multipole(order) => Mass::Multipole(Multipole::none(token, order)),
         };
         let inertias = batch.members.iter();
         let inertias = inertias.map(|member| member.system.bodies()[index].inertia());

@@ -22,8 +22,8 @@ pub enum Unfit {
         "this gravity cannot be computed side by side; expected point masses, second moments, a uniform field or mutual gravity"
     )]
     Gravity,
-    /// Gravity acts on a body other than through points or a second-order multipole.
-    #[error("body {body} is neither of point masses nor a multipole of second order")]
+    /// Gravity acts on a body other than through points or a multipole.
+    #[error("body {body} is a polyhedron, expected point masses or a multipole")]
     Distribution {
         /// Index of the body.
         body: usize,
@@ -71,17 +71,15 @@ pub(super) struct Layout {
 pub(super) enum Shape {
     /// This number of points.
     Points(usize),
-    /// A second-order multipole.
-    Multipole,
+    /// A multipole of this order.
+    Multipole(u32),
 }
 
 impl Shape {
     fn of(body: &RigidBody) -> Option<Self> {
         match body.distribution() {
             MassDistribution::Points(points) => Some(Self::Points(points.len())),
-            MassDistribution::Multipole(multipole) => {
-                (multipole.order() == 2).then_some(Self::Multipole)
-            }
+            MassDistribution::Multipole(multipole) => Some(Self::Multipole(multipole.order())),
             MassDistribution::Polyhedron(_) => None,
         }
     }

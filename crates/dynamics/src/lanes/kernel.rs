@@ -239,7 +239,8 @@ impl<'a, T: Lane> Flock<'a, T> {
 }
 
 /// Sets `next` to `state` rotated freely over `h`, in the lanes that are `flying`.
-#[inline(always)]
+// A function of its own, which leaves the registers of the other rotor alone.
+#[inline(never)]
 fn turn<T: Lane>(
     rotation: &FreeRotations<T>,
     state: &State<T>,
@@ -247,10 +248,15 @@ fn turn<T: Lane>(
     h: f64,
     flying: u32,
 ) {
-    let turn = rotation.flow(state.angular_momentum, h, flying);
-    next.attitude = turn.rotation.compose(turn.factor, &state.attitude);
-    next.angular_momentum = turn.momentum;
-    let others = flying & !turn.lanes;
+    let others = state.position.x.vectorize(
+        #[inline(always)]
+        || {
+            let turn = rotation.flow(state.angular_momentum, h, flying);
+            next.attitude = turn.rotation.compose(turn.factor, &state.attitude);
+            next.angular_momentum = turn.momentum;
+            flying & !turn.lanes
+        },
+    );
     if others != 0 {
         turn_each(rotation, state, next, h, others);
     }

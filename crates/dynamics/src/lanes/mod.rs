@@ -16,10 +16,12 @@ mod body;
 mod end;
 mod fit;
 mod flight;
+mod fourth_order;
 mod gravity;
 mod kernel;
 mod multipole;
 mod mutual;
+mod pair;
 mod rescue;
 
 pub use fit::{Unfit, fit};

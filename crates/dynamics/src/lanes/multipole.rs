@@ -1,30 +1,37 @@
 use nalgebra::Matrix3;
 
 use super::body::State;
-use super::mutual::Exchange;
+use super::fourth_order::{Higher, fourth_order};
+use super::pair::Exchange;
 use crate::gravity;
 use crate::lane::{Lane, Matrix, Vector};
 
-/// A second-order multipole in every lane.
+/// A multipole in every lane, of second or fourth order.
 pub(super) struct Multipole<T> {
     /// Mass or gravitational parameter.
     pub(super) strength: T,
     /// The matrix `½ Q`.
-    second: Matrix<T>,
+    pub(super) second: Matrix<T>,
+    /// The terms of fourth order.
+    higher: Option<Box<Higher<T>>>,
 }
 
 impl<T: Lane> Multipole<T> {
-    pub(super) fn none(token: T::Token) -> Self {
+    pub(super) fn none(token: T::Token, order: u32) -> Self {
+        let zero = Matrix::splat(token, &Matrix3::zeros());
         Self {
             strength: T::splat(token, 0.0),
-            second: Matrix::splat(token, &Matrix3::zeros()),
+            second: zero,
+            higher: (order > 2).then(|| Box::new(Higher::none(zero))),
         }
     }
 
     pub(super) fn set_lane(&mut self, k: usize, from: &gravity::Multipole) {
         self.strength.set_lane(k, from.strength());
-        if let Some(second) = from.second_harmonic() {
-            self.second.set_lane(k, second);
+        let (second, higher) = from.tensors();
+        self.second.set_lane(k, second);
+        if let (Some(own), Some(from)) = (&mut self.higher, higher) {
+            own.set_lane(k, from);
         }
     }
 
@@ -33,13 +40,21 @@ impl<T: Lane> Multipole<T> {
     pub(super) fn aspherical(&self, e: Vector<T>) -> Vector<T> {
         let squared = e.norm_squared();
         let by_r2 = squared.constant(1.0) / squared;
-        quadrupole(&self.second, e, by_r2, squared.sqrt())
+        let root = squared.sqrt();
+        let quadrupole = quadrupole(&self.second, e, by_r2, root);
+        match &self.higher {
+            None => quadrupole,
+            Some(higher) => quadrupole + higher.acceleration(e, by_r2, root),
+        }
     }
 
     /// The acceleration by all terms.
     #[inline(always)]
     pub(super) fn acceleration(&self, d: Vector<T>) -> Vector<T> {
-        acceleration(self.strength, Some(&self.second), d)
+        let squared = d.norm_squared();
+        let by_r2 = squared.constant(1.0) / squared;
+        let pull = self.strength * (by_r2 * by_r2) * squared.sqrt();
+        d * -pull + self.aspherical(d)
     }
 }
 
@@ -66,9 +81,23 @@ fn quadrupole<T: Lane>(second: &Matrix<T>, d: Vector<T>, by_r2: T, root: T) -> V
     (u * u.x.constant(2.0) - along) * by_r5
 }
 
-/// The exchange of two multipoles: the quadrupole of each body interacts with the other's monopole.
+/// The exchange of two multipoles.
 #[inline(always)]
 pub(super) fn between<T: Lane>(
+    multipoles: [&Multipole<T>; 2],
+    states: [&State<T>; 2],
+) -> Exchange<T> {
+    let [first, second] = multipoles;
+    if first.higher.is_some() || second.higher.is_some() {
+        fourth_order(multipoles, states)
+    } else {
+        second_order(multipoles, states)
+    }
+}
+
+/// The quadrupole of each body interacts with the other's monopole.
+#[inline(always)]
+fn second_order<T: Lane>(
     [first, second]: [&Multipole<T>; 2],
     states: [&State<T>; 2],
 ) -> Exchange<T> {

@@ -1,5 +1,5 @@
 use super::body::{Body, Effect, Mass, Motion, Point, State};
-use super::multipole::{self, Multipole};
+use super::pair::{Exchange, add_others};
 use crate::lane::{Lane, Matrix, Vector, attraction};
 
 /// Mutual attraction by pairs of bodies, and of points by pairs of couples of points, in the same order as
@@ -16,13 +16,6 @@ struct Couple<T> {
     masses: [T; 2],
     /// `R ρ` of each point.
     arms: [Vector<T>; 2],
-}
-
-/// The force and moments between two bodies, without the gravitational constant.
-pub(super) struct Exchange<T> {
-    /// Force on the first body, inertial frame. The force on the second is its opposite.
-    pub(super) force: Vector<T>,
-    pub(super) moments: [Vector<T>; 2],
 }
 
 impl<T: Lane> Mutual<T> {
@@ -50,30 +43,15 @@ impl<T: Lane> Mutual<T> {
                 if bodies[i].motion == Motion::Held && bodies[j].motion == Motion::Held {
                     continue;
                 }
-                let exchange = self.exchange([&bodies[i], &bodies[j]], [&states[i], &states[j]]);
-                let force = exchange.force * self.constant;
-                effects[i].force = effects[i].force + force;
-                effects[j].force = effects[j].force - force;
-                effects[i].moment = effects[i].moment + exchange.moments[0] * self.constant;
-                effects[j].moment = effects[j].moment + exchange.moments[1] * self.constant;
-            }
-        }
-    }
-
-    #[inline(always)]
-    fn exchange(&mut self, bodies: [&Body<T>; 2], states: [&State<T>; 2]) -> Exchange<T> {
-        match [&bodies[0].mass, &bodies[1].mass] {
-            [Mass::Points(first), Mass::Points(second)] => {
-                self.between_points([first, second], states)
-            }
-            [Mass::Multipole(first), Mass::Multipole(second)] => {
-                multipole::between([first, second], states)
-            }
-            [Mass::Multipole(field), Mass::Points(points)] => {
-                attracted(field, states[0], points, states[1])
-            }
-            [Mass::Points(points), Mass::Multipole(field)] => {
-                attracted(field, states[1], points, states[0]).swapped()
+                let pair = [&bodies[i], &bodies[j]];
+                let at = [&states[i], &states[j]];
+                if let [Mass::Points(first), Mass::Points(second)] = [&pair[0].mass, &pair[1].mass]
+                {
+                    let exchange = self.between_points([first, second], at);
+                    exchange.add_to(effects, [i, j], self.constant);
+                } else {
+                    add_others(pair, at, effects, [i, j], self.constant);
+                }
             }
         }
     }
@@ -93,50 +71,6 @@ impl<T: Lane> Mutual<T> {
         }
         let [own, theirs] = &self.couples;
         between([own, theirs], states)
-    }
-}
-
-impl<T: Lane> Exchange<T> {
-    /// The exchange with the bodies in reverse order.
-    #[inline(always)]
-    fn swapped(self) -> Self {
-        let [first, second] = self.moments;
-        Self {
-            force: -self.force,
-            moments: [second, first],
-        }
-    }
-}
-
-/// The exchange between a multipole and another body's points.
-#[inline(always)]
-fn attracted<T: Lane>(
-    field: &Multipole<T>,
-    at: &State<T>,
-    points: &[Point<T>],
-    there: &State<T>,
-) -> Exchange<T> {
-    let separation = at.attitude.tr_mul(there.position - at.position);
-    let [a, b, c] = there.attitude.0;
-    let turn = Matrix([
-        at.attitude.tr_mul(a),
-        at.attitude.tr_mul(b),
-        at.attitude.tr_mul(c),
-    ]);
-    let zero = separation.x.constant(0.0);
-    let zero = Vector::new(zero, zero, zero);
-    let (mut recoil, mut torque, mut other_torque) = (zero, zero, zero);
-    for Point { mass, position } in points {
-        let arm = turn * *position;
-        let d = separation + arm;
-        let force = field.acceleration(d) * *mass;
-        recoil = recoil - force;
-        torque = torque + force.cross(d);
-        other_torque = other_torque + arm.cross(force);
-    }
-    Exchange {
-        force: at.attitude * recoil,
-        moments: [torque, turn.tr_mul(other_torque)],
     }
 }
 

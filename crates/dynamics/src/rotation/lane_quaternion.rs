@@ -23,6 +23,13 @@ impl<T: Lane> LaneQuaternion<T> {
         }
     }
 
+    /// `Fᵀ p`.
+    #[inline(always)]
+    pub(crate) fn rotate_back(&self, p: Vector<T>) -> Vector<T> {
+        let pu = p.cross(self.u);
+        p + (pu * self.w + pu.cross(self.u)) * self.factor()
+    }
+
     /// `R F`, given `2/(w² + |u|²)`.
     #[inline(always)]
     pub(crate) fn compose(&self, factor: T, r: &Matrix<T>) -> Matrix<T> {

@@ -2,7 +2,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-use lgvi_dynamics::gravity::{Central, Fixed, Gravity, Moments, Multipole, Mutual, Uniform};
+use lgvi_dynamics::gravity::{
+    Central, Fixed, Gravity, Moments, Multipole, Mutual, Polyhedron, Uniform,
+};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{
     Flight, FlyError, Instructions, Member, Outcome, Thrust, Unfit, Width, fit, fly,
@@ -202,6 +204,53 @@ fn multipole(sample: usize, moments: [f64; 3], turned: bool) -> RigidBody {
     RigidBody::with_multipole(from.inertia().clone(), multipole).unwrap()
 }
 
+/// A multipole of fourth order without symmetry.
+fn lump(sample: usize) -> RigidBody {
+    let from = body(sample, [0.5, 0.6, 0.7], true, &[]);
+    let points = [
+        [0.3, 0.1, -0.2],
+        [-0.3, 0.2, 0.1],
+        [0.1, -0.4, 0.3],
+        [-0.1, 0.1, -0.2],
+    ];
+    let points = points.map(|position| PointMass {
+        mass: 0.25 * from.mass(),
+        position: position.into(),
+    });
+    let multipole = Multipole::of_moments(from.mass(), &Moments::of_points(&points));
+    RigidBody::with_multipole(from.inertia().clone(), multipole).unwrap()
+}
+
+/// A multipole of fourth order of an ellipsoid.
+fn ellipsoid(sample: usize) -> RigidBody {
+    let from = body(sample, [0.5, 0.6, 0.7], false, &[]);
+    let moments = Moments::of_ellipsoid(from.mass(), [0.5, 0.4, 0.3]);
+    let multipole = Multipole::of_moments(from.mass(), &moments);
+    RigidBody::with_multipole(from.inertia().clone(), multipole).unwrap()
+}
+
+/// Multipoles of fourth order, one of second order and a body of points, which attract each other.
+fn lumps(sample: usize) -> Member {
+    let points = [[0.1, 0.0, 0.0], [-0.1, 0.2, 0.0], [0.0, -0.2, 0.0]];
+    let bodies = vec![
+        lump(sample),
+        body(sample, [0.3, 0.2, 0.4], false, &points),
+        ellipsoid(sample + 20),
+        multipole(sample + 40, [0.5, 0.6, 0.7], false),
+    ];
+    let rates = [[0.1, 0.3, -0.1], [0.5, -0.2, 0.8]];
+    let places = [
+        [3.0, 0.0, 0.0],
+        [0.0, 3.0, 0.5],
+        [-1.0, -2.0, 0.5],
+        [0.0, 0.5, -3.0],
+    ];
+    let each = bodies.iter().zip(places);
+    let states = each.map(|(body, place)| state(sample, body, place, rates));
+    let states = states.collect();
+    member(bodies, vec![Box::new(Mutual::new(0.7))], states)
+}
+
 /// Two multipoles, two bodies of points, and a multipole that is fixed, which attract each other, in a uniform field.
 fn asteroids(sample: usize) -> Member {
     let points = [[0.1, 0.0, 0.0], [-0.1, 0.2, 0.0], [0.0, -0.2, 0.0]];
@@ -234,18 +283,19 @@ fn asteroids(sample: usize) -> Member {
     member(bodies, gravity, states)
 }
 
-/// A multipole under the attractors of [`satellite`].
-fn orbiter(sample: usize) -> Member {
-    let Member { states, .. } = satellite(sample);
-    member(
-        vec![multipole(sample, [0.5, 0.6, 0.7], true)],
-        attractors(),
-        states,
-    )
+/// A multipole of second and one of fourth order under the attractors of [`satellite`].
+fn orbiters(sample: usize) -> Member {
+    let bodies = vec![multipole(sample, [0.5, 0.6, 0.7], true), lump(sample)];
+    let rates = [[0.0, 0.7, 0.1], [0.3, 0.1, 0.9]];
+    let states = vec![
+        state(sample, &bodies[0], [2.0, 0.3, 0.5], rates),
+        state(sample, &bodies[1], [2.5, 0.3, 0.5], rates),
+    ];
+    member(bodies, attractors(), states)
 }
 
-const SYSTEMS: [fn(usize) -> Member; 7] = [
-    dumbbells, company, satellite, pendulum, spinner, asteroids, orbiter,
+const SYSTEMS: [fn(usize) -> Member; 8] = [
+    dumbbells, company, satellite, pendulum, spinner, asteroids, lumps, orbiters,
 ];
 
 /// The result of a simulation.
@@ -543,9 +593,8 @@ fn what_lanes_cannot_fly_is_refused() {
     let driven = plain().with_mobility(Mobility::Driven(Drive::default()));
     let system = System::new(vec![plain(), driven], vec![]);
     assert_eq!(unfit(&system, lgvi), Unfit::Mobility { body: 1 });
-    let inertia = plain().inertia().clone();
-    let multipole = Multipole::of_moments(1.0, &Moments::of_ellipsoid(1.0, [1.0, 1.1, 1.2]));
-    let body = RigidBody::with_multipole(inertia, multipole).unwrap();
+    let cube = Polyhedron::cuboid([1.0; 3], 1.0).unwrap();
+    let body = RigidBody::with_polyhedron(None, &cube, 2).unwrap();
     let system = System::new(vec![body], vec![]);
     assert_eq!(unfit(&system, lgvi), Unfit::Distribution { body: 0 });
 

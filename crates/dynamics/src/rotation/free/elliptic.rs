@@ -63,6 +63,16 @@ impl<T: Lane> Jacobi<T> {
         Self::first_quarter(sn, m)
     }
 
+    /// These functions in `lanes`, and the others elsewhere.
+    #[inline(always)]
+    pub(super) fn or(self, others: Self, lanes: u32) -> Self {
+        Self {
+            sn: self.sn.where_in(lanes, others.sn),
+            cn: self.cn.where_in(lanes, others.cn),
+            dn: self.dn.where_in(lanes, others.dn),
+        }
+    }
+
     #[inline(always)]
     fn first_quarter(sn: T, m: T) -> Self {
         let squared = sn * sn;
@@ -83,10 +93,13 @@ pub(super) struct Landen {
 }
 
 /// Number of levels, sufficient for every `m₁ ≥` [`LEAST_COMPLEMENT`], which needs 13.
-const LEVELS: usize = 16;
+pub(super) const LEVELS: usize = 16;
 
 /// Lower limit of `m₁`. Smaller values are replaced by it, which keeps K finite: about 346.
-const LEAST_COMPLEMENT: f64 = 1e-300;
+pub(super) const LEAST_COMPLEMENT: f64 = 1e-300;
+
+/// Relative difference of two means at which the next one, (a − b)²/8a, is below rounding.
+pub(super) const CLOSE: f64 = 1e-8;
 
 impl Landen {
     /// Computes the sequence for `0 ≤ m₁ ≤ 1`.
@@ -99,8 +112,7 @@ impl Landen {
             means[depth] = (a, b);
             depth += 1;
             let mean = 0.5 * (a + b);
-            // The next difference is (a − b)²/8a, which is below rounding.
-            if (a - b).abs() <= 1e-8 * a || depth == LEVELS {
+            if (a - b).abs() <= CLOSE * a || depth == LEVELS {
                 return Self {
                     means,
                     depth,

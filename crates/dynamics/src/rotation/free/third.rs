@@ -20,13 +20,16 @@ pub(super) fn complete(landen: &Landen, nu: f64) -> f64 {
         let (squared, product) = (p * p, a * b);
         q *= 0.5 * (squared - product) / (squared + product);
         sum += q;
-        if q.abs() < 1e-17 * sum {
+        if q.abs() < NEGLIGIBLE * sum {
             break;
         }
         p = 0.5 * (p + product / p);
     }
     0.5 * landen.quarter_period() / (1.0 + nu) * sum
 }
+
+/// Relative size of a term of the sum that ends it.
+pub(super) const NEGLIGIBLE: f64 = 1e-17;
 
 /// Relative spread of the arguments about their mean below which the series is used. Its remainder is about `0.05 ×
 /// spread⁸`.

@@ -4,9 +4,8 @@ use super::super::asymmetric;
 use super::super::polhode::Ratio;
 use super::Turn;
 use super::angles::cos_sinc;
-use super::attitude::{Complex, half_angles, least_then_about};
+use super::attitude::{Across, Complex, least_then_about};
 use super::polhode::Polhode;
-use super::third::incomplete;
 use crate::lane::{Lane, Matrix, Vector};
 use crate::rotation::LaneQuaternion;
 
@@ -14,7 +13,7 @@ use crate::rotation::LaneQuaternion;
 const LEAST: f64 = 1e-280;
 const GREATEST: f64 = 1e280;
 
-/// As [`asymmetric::Asymmetric`], for arguments u up to [`Jacobi::SMALL`](super::super::elliptic::Jacobi::SMALL).
+/// As [`asymmetric::Asymmetric`].
 pub(super) struct Asymmetric<T> {
     axes: Matrix<T>,
     reciprocal: Vector<T>,
@@ -58,30 +57,87 @@ impl<T: Lane> Asymmetric<T> {
         let polhode = Polhode::through(&a, &self.near, &self.far);
         let lanes = lanes & usual & polhode.moving;
 
-        let u = magnitude * self.rate * polhode.rate() * t;
-        let (functions, small) = polhode.functions(u, lanes);
-        let lanes = lanes & small;
-        let third = incomplete(&functions, polhode.nu, lanes);
-        let theta = magnitude * self.reciprocal.x * t - polhode.nu / polhode.rate() * third;
+        let phase = polhode.phase(magnitude * self.rate * polhode.rate(), t, lanes);
+        let theta = magnitude * self.reciprocal.x * t - polhode.nu / polhode.rate() * phase.third;
 
-        let (change, valid) = polhode.change(&functions);
-        let lanes = lanes & valid & polhode.same_side(&a, &(a + change));
+        let mut change = polhode.change(&phase.functions, lanes);
+        let across = Across::new(&a, &change, polhode.first_squared);
         let ratios = (&self.near, &self.far);
-        let [half_chi, half_epsilon] = half_angles(&polhode, ratios, &a, &change, &functions);
+        let half_chi = across.half_chi(&polhode, ratios, &a, &change, &phase.functions);
+        let mut half_epsilon = across.half_epsilon(polhode.first_squared, &a, &change);
+        let mut odd = odd(phase.half_turns, lanes);
+        let b = a + change;
+        let turned = lanes & !polhode.same_side(&a, &b);
+        if turned != 0 {
+            change = (polhode.turned(&b) - a).where_in(turned, change);
+            let across = Across::new(&a, &change, polhode.first_squared);
+            half_epsilon = across.half_epsilon(polhode.first_squared, &a, &change);
+            odd ^= turned;
+        }
         let (cos, sinc) = cos_sinc(theta * 0.25 * theta, lanes);
         let half_theta = Complex {
             re: cos,
             im: theta * 0.5 * sinc,
         };
         let half_angle = half_theta.times(half_chi.times(half_epsilon).conj());
-        let relative = least_then_about(half_angle, &a, &change);
+
+        let mut relative = least_then_about(half_angle, &a, &change);
+        let mut momentum = pi + self.axes * (change * magnitude);
+        if odd != 0 {
+            let (turn, b) = half_turned(polhode.round_pole, half_angle, &a, &change);
+            relative.w = turn.w.where_in(odd, relative.w);
+            relative.u = turn.u.where_in(odd, relative.u);
+            momentum = (self.axes * (b * magnitude)).where_in(odd, momentum);
+        }
         let rotation = LaneQuaternion {
             w: relative.w,
             u: self.axes * relative.u,
         };
         Turn {
             lanes,
-            ..Turn::of(rotation, pi + self.axes * (change * magnitude))
+            ..Turn::of(rotation, momentum)
         }
     }
+}
+
+/// Mask of those `lanes` whose number of half turns is odd.
+#[inline(always)]
+fn odd<T: Lane>(half_turns: T, lanes: u32) -> u32 {
+    let zero = half_turns.constant(0.0);
+    let mut odd = lanes & !half_turns.abs().at_most(zero);
+    if odd != 0 {
+        for k in 0..T::COUNT {
+            if half_turns.lane(k) % 2.0 == 0.0 {
+                odd &= !(1 << k);
+            }
+        }
+    }
+    odd
+}
+
+/// The relative rotation and `b` after an odd number of half turns about the major axis.
+#[inline(always)]
+fn half_turned<T: Lane>(
+    round_pole: u32,
+    half_angle: Complex<T>,
+    a: &Vector<T>,
+    change: &Vector<T>,
+) -> (LaneQuaternion<T>, Vector<T>) {
+    let (zero, one) = (a.x.constant(0.0), a.x.constant(1.0));
+    let half_turn = LaneQuaternion {
+        w: zero,
+        u: Vector::new(
+            zero.where_in(round_pole, one),
+            zero,
+            one.where_in(round_pole, zero),
+        ),
+    };
+    // A half turn about axis 1 reverses the pole, which shifts the precession by a half turn.
+    let shifted = Complex {
+        re: half_angle.im,
+        im: -half_angle.re,
+    };
+    let half_angle = half_angle.or(shifted, round_pole);
+    let relative = least_then_about(half_angle, a, change).product(&half_turn);
+    (relative, half_turn.rotate_back(*a + *change))
 }

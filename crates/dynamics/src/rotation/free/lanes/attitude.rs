@@ -22,6 +22,15 @@ impl<T: Lane> Complex<T> {
         }
     }
 
+    /// This number in `lanes`, and the other one elsewhere.
+    #[inline(always)]
+    pub(super) fn or(self, other: Self, lanes: u32) -> Self {
+        Self {
+            re: self.re.where_in(lanes, other.re),
+            im: self.im.where_in(lanes, other.im),
+        }
+    }
+
     #[inline(always)]
     pub(super) fn conj(self) -> Self {
         Self {
@@ -31,43 +40,70 @@ impl<T: Lane> Complex<T> {
     }
 }
 
-/// `e^{iχ/2}` and `e^{iε/2}`, up to positive factors, as [`half_chi`](super::super::attitude::half_chi) and
-/// [`half_epsilon`](super::super::attitude::half_epsilon), for a and `a + change` on the same side of the major axis.
-#[inline(always)]
-pub(super) fn half_angles<T: Lane>(
-    polhode: &Polhode<T>,
-    (near, far): (&Ratio<T>, &Ratio<T>),
-    a: &Vector<T>,
-    change: &Vector<T>,
-    by: &Jacobi<T>,
-) -> [Complex<T>; 2] {
-    let one = by.sn.constant(1.0);
-    let first_squared = polhode.first_squared;
-    let scale = one / first_squared.sqrt();
-    let (x, y) = (a.x * scale, a.y * scale);
-    let (dx, dy) = (change.x * scale, change.y * scale);
-    let (x_t, y_t) = (x + dx, y + dy);
-    let radii = ((x * x + y * y) * (x_t * x_t + y_t * y_t)).sqrt();
-    let b_z = a.z + change.z;
+/// As [`attitude::Across`](super::super::attitude).
+#[derive(Clone, Copy)]
+pub(super) struct Across<T> {
+    from: (T, T),
+    to: (T, T),
+    change: (T, T),
+    /// `ρ_a ρ_b`.
+    radii: T,
+}
 
-    let sines = by.sn * y * y_t / polhode.amplitude;
-    let length = (polhode.nu * by.sn * by.sn + 1.0).sqrt() * radii;
-    let round = polhode.round_pole;
-    let (along, across) = (
-        one - near.value * by.cn * x * x_t,
-        (one - by.cn * a.z * b_z) / first_squared,
-    );
-    let real = far.value.where_in(round, one) * length + along.where_in(round, across);
-    let root = (near.value * far.root).where_in(round, near.root);
-    let chi = Complex {
-        re: real,
-        im: root * sines,
-    };
-    let epsilon = Complex {
-        re: (radii + x * x_t + y * y_t) * (a.z * b_z + 1.0 + radii * first_squared),
-        im: (a.z + b_z) * (x * dy - y * dx),
-    };
-    [chi, epsilon]
+impl<T: Lane> Across<T> {
+    #[inline(always)]
+    pub(super) fn new(a: &Vector<T>, change: &Vector<T>, first_squared: T) -> Self {
+        let scale = a.x.constant(1.0) / first_squared.sqrt();
+        let (x, y) = (a.x * scale, a.y * scale);
+        let (dx, dy) = (change.x * scale, change.y * scale);
+        let (x_t, y_t) = (x + dx, y + dy);
+        Self {
+            from: (x, y),
+            to: (x_t, y_t),
+            change: (dx, dy),
+            radii: ((x * x + y * y) * (x_t * x_t + y_t * y_t)).sqrt(),
+        }
+    }
+
+    /// `e^{iχ/2}` up to a positive factor, as [`half_chi`](super::super::attitude::half_chi).
+    #[inline(always)]
+    pub(super) fn half_chi(
+        &self,
+        polhode: &Polhode<T>,
+        (near, far): (&Ratio<T>, &Ratio<T>),
+        a: &Vector<T>,
+        change: &Vector<T>,
+        by: &Jacobi<T>,
+    ) -> Complex<T> {
+        let one = by.sn.constant(1.0);
+        let ((x, y), (x_t, y_t)) = (self.from, self.to);
+        let sines = by.sn * y * y_t / polhode.amplitude;
+        let length = (polhode.nu * by.sn * by.sn + 1.0).sqrt() * self.radii;
+        let along = one - near.value * by.cn * x * x_t;
+        let across = (one - by.cn * a.z * (a.z + change.z)) / polhode.first_squared;
+        let round = polhode.round_pole;
+        let root = (near.value * far.root).where_in(round, near.root);
+        Complex {
+            re: far.value.where_in(round, one) * length + along.where_in(round, across),
+            im: root * sines,
+        }
+    }
+
+    /// `e^{iε/2}` up to a positive factor, as [`half_epsilon`](super::super::attitude::half_epsilon).
+    #[inline(always)]
+    pub(super) fn half_epsilon(
+        &self,
+        first_squared: T,
+        a: &Vector<T>,
+        change: &Vector<T>,
+    ) -> Complex<T> {
+        let ((x, y), (x_t, y_t), (dx, dy)) = (self.from, self.to, self.change);
+        let b_z = a.z + change.z;
+        Complex {
+            re: (self.radii + x * x_t + y * y_t) * (a.z * b_z + 1.0 + self.radii * first_squared),
+            im: (a.z + b_z) * (x * dy - y * dx),
+        }
+    }
 }
 
 /// As [`least_then_about`](super::super::attitude::least_then_about).

@@ -66,9 +66,7 @@ impl<T: Lane> Axisymmetric<T> {
         let precession = from_rotation_vector(pi * (self.precession_rate * t), lanes);
         let angle = self.spin_rate * self.axis.dot(pi) * t;
         let spin = from_rotation_vector(self.axis * angle, lanes);
-        let pu = pi.cross(spin.u);
-        let turned = pu * spin.w + pu.cross(spin.u);
-        Turn::of(precession.product(&spin), pi + turned * spin.factor())
+        Turn::of(precession.product(&spin), spin.rotate_back(pi))
     }
 }
 

@@ -5,6 +5,7 @@ mod angles;
 mod asymmetric;
 mod attitude;
 mod axisymmetric;
+mod elliptic;
 mod polhode;
 mod third;
 

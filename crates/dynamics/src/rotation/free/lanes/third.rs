@@ -1,7 +1,8 @@
 //! The elliptic integral of the third kind, in lanes.
 
-use super::super::elliptic::Jacobi;
-use super::super::third::{R_C_SERIES, SPREAD, equal, r_c_series};
+use super::super::elliptic::{Jacobi, LEVELS};
+use super::super::third::{NEGLIGIBLE, R_C_SERIES, SPREAD, equal, r_c_series};
+use super::elliptic::Landen;
 use crate::lane::Lane;
 
 /// As [`incomplete`](super::super::third::incomplete), in `lanes`.
@@ -15,6 +16,27 @@ pub(super) fn incomplete<T: Lane>(at: &Jacobi<T>, nu: T, lanes: u32) -> T {
         nu * squared + 1.0,
     ];
     at.sn * squared * r_j(arguments, lanes) / 3.0
+}
+
+/// As [`complete`](super::super::third::complete), in `lanes`.
+#[inline(always)]
+pub(super) fn complete<T: Lane>(landen: &Landen<T>, nu: T, lanes: u32) -> T {
+    let one = nu.constant(1.0);
+    let mut p = (nu + 1.0).sqrt();
+    let (mut q, mut sum) = (one, one);
+    let mut open = lanes;
+    for level in 0..landen.depth() + LEVELS {
+        let (a, b) = landen.means(level);
+        let (squared, product) = (p * p, a * b);
+        q = q * ((squared - product) * 0.5 / (squared + product));
+        sum = (sum + q).where_in(open, sum);
+        open &= !q.abs().below(sum * NEGLIGIBLE);
+        if open == 0 {
+            break;
+        }
+        p = (p + product / p) * 0.5;
+    }
+    landen.quarter_period() * 0.5 / (nu + 1.0) * sum
 }
 
 /// Carlson's `R_J`. The duplication is repeated in the lanes that need it.

@@ -1,6 +1,8 @@
-//! Throughput of ensembles of two dumbbells: lanes beside the simulation, two threads beside one, and against size.
+//! Throughput of ensembles: lanes beside the simulation, and of two dumbbells two threads beside one, and against size.
 //!
 //! Ratios are taken within a repetition, in which each way is timed once after the other.
+
+mod cases;
 
 use std::path::Path;
 use std::time::Instant;
@@ -13,10 +15,10 @@ use lgvi_scene::Scene;
 use nalgebra::Vector3;
 use serde::Serialize;
 
+use self::cases::CASES;
 use crate::clock::Moment;
 use crate::error::{BenchError, write_json};
 use crate::picture::{Axis, Curve, Picture};
-use crate::run::scene;
 use crate::spread::Spread;
 use crate::tables::Table;
 
@@ -40,23 +42,6 @@ const SMALLEST: u64 = 16;
 const THREADS: [usize; 2] = [1, 2];
 
 const PICTURE: &str = "ensemble.svg";
-
-const SPREAD: &str = r#"
-[ensemble]
-samples = 1
-seed = 1
-
-[[ensemble.bodies]]
-body = "dumbbell1"
-position = 0.001
-attitude = 0.01
-inertia = 0.01
-
-[[ensemble.bodies]]
-body = "dumbbell2"
-velocity = 0.001
-mass = 0.01
-"#;
 
 /// Samples that are flown side by side and one after the other.
 const SAMPLES: u64 = 16;
@@ -84,12 +69,19 @@ impl Default for Options {
 /// What was measured.
 #[derive(Default, Serialize)]
 struct Figures {
+    /// Lanes beside the simulation.
+    cases: Vec<Beside>,
+    /// Whole runs with their files.
+    runs: Vec<Runs>,
+}
+
+#[derive(Serialize)]
+struct Beside {
+    case: &'static str,
     /// Steps a second of the simulation, one sample after the other.
     simulation: Vec<f64>,
     /// Lanes beside that.
     lanes: Vec<Lanes>,
-    /// Whole runs with their files.
-    runs: Vec<Runs>,
 }
 
 #[derive(Serialize)]
@@ -109,15 +101,12 @@ struct Runs {
 }
 
 pub(crate) fn run(options: &Options, repeats: u32, directory: &Path) -> Result<(), BenchError> {
-    let plain = scene("two_dumbbells")?;
-    let text = format!("{}{SPREAD}", plain.text);
-    let text = text.replace("steps = 15000", &format!("steps = {}", options.steps));
-    let scene = Scene::parse("two_dumbbells", &text).map_err(|source| BenchError::Scene {
-        name: "two_dumbbells".into(),
-        source,
-    })?;
     let mut figures = Figures::default();
-    lanes(&scene, repeats, &mut figures)?;
+    for case in &CASES {
+        let scene = case.scene(options.steps)?;
+        figures.cases.push(lanes(case.name, &scene, repeats)?);
+    }
+    let scene = CASES[0].scene(options.steps)?;
     threads(&scene, options, repeats, &mut figures)?;
     lanes_table(&figures).keep(directory, "ensemble_lanes")?;
     runs_table(&figures)
@@ -128,7 +117,7 @@ pub(crate) fn run(options: &Options, repeats: u32, directory: &Path) -> Result<(
 }
 
 /// Lanes beside the simulation, by the time that the thread was running.
-fn lanes(scene: &Scene, repeats: u32, figures: &mut Figures) -> Result<(), BenchError> {
+fn lanes(case: &'static str, scene: &Scene, repeats: u32) -> Result<Beside, BenchError> {
     let scheme = scene
         .scheme()
         .map_err(|error| BenchError::Body(error.to_string()))?;
@@ -148,15 +137,19 @@ fn lanes(scene: &Scene, repeats: u32, figures: &mut Figures) -> Result<(), Bench
         lanes: width.lanes(),
         ratios: Vec::new(),
     };
-    figures.lanes = ways.iter().map(ratios).collect();
+    let mut beside = Beside {
+        case,
+        simulation: Vec::new(),
+        lanes: ways.iter().map(ratios).collect(),
+    };
     let steps = (SAMPLES * scene.steps) as f64;
     for _ in 0..repeats {
         let alone = members(scene)?;
         let begun = Moment::now();
         let expected = simulate(alone, &flight)?;
         let alone = begun.elapsed();
-        figures.simulation.push(steps / alone);
-        for (((instructions, _), width), lanes) in ways.iter().zip(&mut figures.lanes) {
+        beside.simulation.push(steps / alone);
+        for (((instructions, _), width), lanes) in ways.iter().zip(&mut beside.lanes) {
             let members = members(scene)?;
             let begun = Moment::now();
             let found = fly(&flight, &members, *width, *instructions)
@@ -167,23 +160,27 @@ fn lanes(scene: &Scene, repeats: u32, figures: &mut Figures) -> Result<(), Bench
             }
         }
     }
-    Ok(())
+    Ok(beside)
 }
 
-/// A row an instruction set, a column a number of lanes.
+/// A row a case and an instruction set, a column a number of lanes.
 fn lanes_table(figures: &Figures) -> Table {
     let columns = WIDTHS.map(|width| match width.lanes() {
         1 => "1 lane".to_owned(),
         lanes => format!("{lanes} lanes"),
     });
-    let mut table = Table::new(["instructions".to_owned()].into_iter().chain(columns));
-    for row in figures.lanes.chunks(WIDTHS.len()) {
-        let ratio = |lanes: &Lanes| {
-            let spread = Spread::of(lanes.ratios.iter().copied());
-            spread.map_or_else(String::new, |spread| spread.to_string())
-        };
-        let name = row.first().map_or("", |first| first.instructions);
-        table.row([name.to_owned()].into_iter().chain(row.iter().map(ratio)));
+    let first = ["flight", "instructions"].map(str::to_owned);
+    let mut table = Table::new(first.into_iter().chain(columns));
+    for beside in &figures.cases {
+        for row in beside.lanes.chunks(WIDTHS.len()) {
+            let ratio = |lanes: &Lanes| {
+                let spread = Spread::of(lanes.ratios.iter().copied());
+                spread.map_or_else(String::new, |spread| spread.to_string())
+            };
+            let instructions = row.first().map_or("", |first| first.instructions);
+            let names = [beside.case, instructions].map(str::to_owned);
+            table.row(names.into_iter().chain(row.iter().map(ratio)));
+        }
     }
     table
 }

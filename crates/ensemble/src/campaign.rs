@@ -1,5 +1,6 @@
 use std::ops::Range;
 
+use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
 use lgvi_dynamics::{BodyState, Load, Skip};
 use lgvi_scene::{ActuatorErrors, Ensemble, Sample, Scene, Scheme};
@@ -68,8 +69,12 @@ impl<'a> Campaign<'a> {
         let mut scheme = scene.scheme()?;
         scene.simulation(scheme)?;
         let fit = lanes::fit(&scene.system(), scheme.method);
-        // Lanes skip nothing. A simulation in their place must therefore not skip either, to give the same numbers.
-        if fit.is_ok() && scheme.skip == Skip::Exact {
+        let fits = fit.is_ok();
+        let flown_by = flown_by(scene, scheme, &guidance, fit.err());
+        // Lanes skip nothing. A simulation in their place must therefore not skip either, to give the same numbers. With
+        // the exact rotor that would cost it a rotation per drift where one per step suffices.
+        let same = flown_by == FlownBy::Lanes || scheme.method.rotor() == Some(Rotor::Discrete);
+        if fits && same && scheme.skip == Skip::Exact {
             scheme.skip = Skip::Nothing;
         }
         let arrives = scene
@@ -80,7 +85,6 @@ impl<'a> Campaign<'a> {
             Some(steps) if arrives => steps.min(scene.steps),
             _ => scene.steps,
         };
-        let flown_by = flown_by(scene, scheme, &guidance, fit.err());
         Ok(Self {
             identity: Identity::of(scene, &ensemble, scheme, &guidance, steps),
             columns: Columns::of(scene, &ensemble),

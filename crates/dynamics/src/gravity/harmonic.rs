@@ -127,6 +127,10 @@ impl Third {
 }
 
 impl Third {
+    pub(super) fn tensor(&self) -> &[Matrix3<f64>; 3] {
+        &self.0
+    }
+
     pub(super) fn scaled(&self, factor: f64) -> Self {
         Self(self.0.map(|h| factor * h))
     }
@@ -185,6 +189,10 @@ impl Fourth {
 }
 
 impl Fourth {
+    pub(super) fn tensor(&self) -> &[Matrix3<f64>; 6] {
+        &self.0
+    }
+
     pub(super) fn scaled(&self, factor: f64) -> Self {
         Self(self.0.map(|h| factor * h))
     }

@@ -36,6 +36,7 @@ pub use fixed::Fixed;
 pub use form::{Form, Placement, SourceShape};
 pub use interaction::{Falloff, Interaction, Kept, Level, Partner};
 pub use moments::Moments;
+pub(crate) use multipole::HigherTensors;
 pub use multipole::Multipole;
 pub use mutual::Mutual;
 pub use polyhedron::{ObjError, Polyhedron, PolyhedronError, PolyhedronField, PolyhedronMass};

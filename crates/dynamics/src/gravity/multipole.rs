@@ -96,6 +96,16 @@ impl Multipole {
         (self.order() == 2).then_some(&self.asphericity.second.0)
     }
 
+    /// The symmetric trace-free tensors of degree 2, and of degrees 3 and 4, if any, for evaluation side by side.
+    pub(crate) fn tensors(&self) -> (&Matrix3<f64>, Option<HigherTensors<'_>>) {
+        let Asphericity { second, higher } = &self.asphericity;
+        let higher = higher.as_deref();
+        (
+            &second.0,
+            higher.map(|(third, fourth)| (third.tensor(), fourth.tensor())),
+        )
+    }
+
     /// All terms except the monopole.
     pub(super) fn asphericity(&self) -> &Asphericity {
         &self.asphericity
@@ -105,6 +115,9 @@ impl Multipole {
         self.central.gm.is_finite() && self.asphericity.is_finite()
     }
 }
+
+/// `H[i][(j, k)]` of degree 3, and `H[ij][(k, l)]` of degree 4 for the pairs `xx, yy, zz, xy, xz, yz`.
+pub(crate) type HigherTensors<'a> = (&'a [Matrix3<f64>; 3], &'a [Matrix3<f64>; 6]);
 
 /// The terms of a multipole beyond its monopole.
 #[derive(Clone, Debug, PartialEq)]

@@ -66,6 +66,16 @@ impl<T: Lane> Vector<T> {
         Self::new(self.x * other.x, self.y * other.y, self.z * other.z)
     }
 
+    /// The values of `self` in `lanes`, and those of `others` elsewhere.
+    #[inline(always)]
+    pub(crate) fn where_in(self, lanes: u32, others: Self) -> Self {
+        Self::new(
+            self.x.where_in(lanes, others.x),
+            self.y.where_in(lanes, others.y),
+            self.z.where_in(lanes, others.z),
+        )
+    }
+
     pub(crate) fn lane(&self, k: usize) -> Vector3<f64> {
         Vector3::new(self.x.lane(k), self.y.lane(k), self.z.lane(k))
     }
@@ -153,6 +163,16 @@ impl<T: Lane> Matrix<T> {
         Vector::new(a.dot(v), b.dot(v), c.dot(v))
     }
 
+    #[inline(always)]
+    pub(crate) fn transpose(&self) -> Self {
+        let [a, b, c] = self.0;
+        Self([
+            Vector::new(a.x, b.x, c.x),
+            Vector::new(a.y, b.y, c.y),
+            Vector::new(a.z, b.z, c.z),
+        ])
+    }
+
     pub(crate) fn lane(&self, k: usize) -> Matrix3<f64> {
         Matrix3::from_columns(&self.0.map(|column| column.lane(k)))
     }
@@ -171,6 +191,36 @@ impl<T: Lane> Mul<Vector<T>> for Matrix<T> {
     fn mul(self, v: Vector<T>) -> Vector<T> {
         let [a, b, c] = self.0;
         a * v.x + b * v.y + c * v.z
+    }
+}
+
+impl<T: Lane> Mul for Matrix<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        let [a, b, c] = other.0;
+        Self([self * a, self * b, self * c])
+    }
+}
+
+impl<T: Lane> Mul<T> for Matrix<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: T) -> Self {
+        let [a, b, c] = self.0;
+        Self([a * factor, b * factor, c * factor])
+    }
+}
+
+impl<T: Lane> Add for Matrix<T> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        let ([a, b, c], [d, e, f]) = (self.0, other.0);
+        Self([a + d, b + e, c + f])
     }
 }
 

@@ -74,8 +74,11 @@ pub(crate) trait Lane:
     + Add<Output = Self>
     + Sub<Output = Self>
     + Mul<Output = Self>
+    + Add<f64, Output = Self>
+    + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
     + Div<Output = Self>
+    + Div<f64, Output = Self>
     + Neg<Output = Self>
 {
     /// Proof that the instructions are available.
@@ -92,6 +95,11 @@ pub(crate) trait Lane:
 
     fn sqrt(self) -> Self;
 
+    fn abs(self) -> Self;
+
+    /// The magnitude of `self` with the sign of `other`.
+    fn copysign(self, other: Self) -> Self;
+
     /// Mask whose bit k is set if `self ≤ other` in lane k.
     fn at_most(self, other: Self) -> u32;
 
@@ -100,6 +108,10 @@ pub(crate) trait Lane:
 
     /// The values of `self` in `lanes`, and those of `others` elsewhere.
     fn where_in(self, lanes: u32, others: Self) -> Self;
+
+    /// Evaluates `run`, which must be inlined, with the instructions of these lanes, in a function of its own that is
+    /// not.
+    fn vectorize<R>(self, run: impl FnOnce() -> R) -> R;
 
     /// The value in lane k.
     fn lane(&self, k: usize) -> f64;
@@ -129,6 +141,16 @@ impl Lane for f64 {
     }
 
     #[inline(always)]
+    fn abs(self) -> Self {
+        f64::abs(self)
+    }
+
+    #[inline(always)]
+    fn copysign(self, other: Self) -> Self {
+        f64::copysign(self, other)
+    }
+
+    #[inline(always)]
     fn at_most(self, other: Self) -> u32 {
         u32::from(self <= other)
     }
@@ -141,6 +163,11 @@ impl Lane for f64 {
     #[inline(always)]
     fn where_in(self, lanes: u32, others: Self) -> Self {
         if lanes & 1 == 1 { self } else { others }
+    }
+
+    #[inline(always)]
+    fn vectorize<R>(self, run: impl FnOnce() -> R) -> R {
+        run()
     }
 
     #[inline(always)]
@@ -177,6 +204,16 @@ macro_rules! vector_lane {
             }
 
             #[inline(always)]
+            fn abs(self) -> Self {
+                SimdBase::abs(self)
+            }
+
+            #[inline(always)]
+            fn copysign(self, other: Self) -> Self {
+                SimdFloat::copysign(self, other)
+            }
+
+            #[inline(always)]
             fn at_most(self, other: Self) -> u32 {
                 self.simd_le(other).to_bitmask() as u32
             }
@@ -190,6 +227,11 @@ macro_rules! vector_lane {
             fn where_in(self, lanes: u32, others: Self) -> Self {
                 let mask = <Self as SimdBase<S>>::Mask::from_bitmask(self.simd, lanes.into());
                 mask.select(self, others)
+            }
+
+            #[inline(always)]
+            fn vectorize<R>(self, run: impl FnOnce() -> R) -> R {
+                self.simd.vectorize(run)
             }
 
             #[inline(always)]

@@ -1,9 +1,12 @@
 use nalgebra::Vector3;
 
+use super::fit::Shape;
 use super::flight::Batch;
+use super::multipole::Multipole;
+use crate::integrator::Rotor;
 use crate::lane::{Lane, Matrix, Vector};
-use crate::rotation::DiscreteRotation;
-use crate::{BodyState, Load, Mobility};
+use crate::rotation::{DiscreteRotation, FreeRotation, FreeRotations};
+use crate::{BodyState, Load, MassDistribution, Mobility};
 
 /// The state of one body in every lane.
 #[derive(Clone, Copy)]
@@ -145,13 +148,25 @@ pub(super) struct Point<T> {
     pub(super) position: Vector<T>,
 }
 
+/// The mass distribution of one body in every lane.
+pub(super) enum Mass<T> {
+    Points(Vec<Point<T>>),
+    Multipole(Multipole<T>),
+}
+
+/// The rotation of one body in every lane.
+pub(super) enum Rotation<T> {
+    Discrete(DiscreteRotation<T>),
+    Free(FreeRotations<T>),
+}
+
 /// One body in every lane.
 pub(super) struct Body<T> {
     pub(super) motion: Motion,
     /// `1/m`.
     pub(super) per_mass: T,
-    pub(super) rotation: DiscreteRotation<T>,
-    pub(super) points: Vec<Point<T>>,
+    pub(super) rotation: Rotation<T>,
+    pub(super) mass: Mass<T>,
     /// Radius that no other body may enter.
     pub(super) radius: T,
 }
@@ -164,24 +179,44 @@ impl<T: Lane> Body<T> {
             mass: zero,
             position: Vector::splat(token, &Vector3::zeros()),
         };
-        let members = batch.members.iter();
-        let rotations: Vec<_> = members
-            .map(|member| member.system.bodies()[index].inertia().rotation)
-            .collect();
+        let mass = match batch.layout.shapes[index] {
+            Shape::Points(count) => Mass::Points(vec![point; count]),
+            Shape::Multipole(order) => Mass::Multipole(Multipole::none(token, order)),
+        };
+        let inertias = batch.members.iter();
+        let inertias = inertias.map(|member| member.system.bodies()[index].inertia());
+        let rotation = match batch.layout.rotor {
+            Rotor::Discrete => {
+                let each: Vec<_> = inertias.map(|inertia| inertia.rotation).collect();
+                Rotation::Discrete(DiscreteRotation::gather(token, &each))
+            }
+            Rotor::Exact => {
+                let each = inertias.map(FreeRotation::new).collect();
+                Rotation::Free(FreeRotations::gather(token, each))
+            }
+        };
         let mut body = Self {
             motion: batch.layout.motions[index],
             per_mass: zero,
-            rotation: DiscreteRotation::gather(token, &rotations),
-            points: vec![point; batch.layout.points[index]],
+            rotation,
+            mass,
             radius: zero,
         };
         for (k, member) in batch.members.iter().enumerate() {
             let from = &member.system.bodies()[index];
             body.per_mass.set_lane(k, from.mass().recip());
             body.radius.set_lane(k, from.radius());
-            for (point, from) in body.points.iter_mut().zip(from.points()) {
-                point.mass.set_lane(k, from.mass);
-                point.position.set_lane(k, &from.position);
+            match (&mut body.mass, from.distribution()) {
+                (Mass::Multipole(multipole), MassDistribution::Multipole(from)) => {
+                    multipole.set_lane(k, from);
+                }
+                (Mass::Points(points), _) => {
+                    for (point, from) in points.iter_mut().zip(from.points()) {
+                        point.mass.set_lane(k, from.mass);
+                        point.position.set_lane(k, &from.position);
+                    }
+                }
+                (Mass::Multipole(_), _) => {}
             }
         }
         body

@@ -3,15 +3,15 @@ use thiserror::Error;
 use super::body::Motion;
 use crate::gravity::Form;
 use crate::integrator::{Rotor, Splitting};
-use crate::{MassDistribution, Method, System};
+use crate::{MassDistribution, Method, RigidBody, System};
 
 /// Reasons why lanes cannot integrate a system. Bodies are counted from 0.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[non_exhaustive]
 pub enum Unfit {
-    /// The method is not a splitting with the discrete rotor.
+    /// The method is not a splitting into kicks and free motion.
     #[error(
-        "lanes cannot fly by {method}, expected LGVI, Lie–Euler or a composition with the discrete rotor"
+        "lanes cannot fly by {method}, expected LGVI, Lie–Euler, a composition or a Nyström splitting"
     )]
     Method {
         /// Name of the method.
@@ -22,8 +22,8 @@ pub enum Unfit {
         "this gravity cannot be computed side by side; expected point masses, second moments, a uniform field or mutual gravity"
     )]
     Gravity,
-    /// Gravity acts on a body other than through points.
-    #[error("body {body} does not consist of point masses")]
+    /// Gravity acts on a body other than through points or a multipole.
+    #[error("body {body} is a polyhedron, expected point masses or a multipole")]
     Distribution {
         /// Index of the body.
         body: usize,
@@ -31,6 +31,12 @@ pub enum Unfit {
     /// A body is driven.
     #[error("body {body} is driven, expected free, pivoted or fixed")]
     Mobility {
+        /// Index of the body.
+        body: usize,
+    },
+    /// A body has reaction wheels.
+    #[error("body {body} has reaction wheels, expected none")]
+    Wheels {
         /// Index of the body.
         body: usize,
     },
@@ -58,12 +64,31 @@ pub enum Unfit {
 pub(super) struct Layout {
     pub(super) stages: Vec<(f64, f64)>,
     pub(super) last_kick: f64,
+    pub(super) rotor: Rotor,
     pub(super) forms: Vec<Form>,
     pub(super) motions: Vec<Motion>,
     /// True if a body or source has an extent that another could enter.
     pub(super) extents: bool,
-    /// Number of points of each body.
-    pub(super) points: Vec<usize>,
+    pub(super) shapes: Vec<Shape>,
+}
+
+/// The kind of a body's mass distribution.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Shape {
+    /// This number of points.
+    Points(usize),
+    /// A multipole of this order.
+    Multipole(u32),
+}
+
+impl Shape {
+    fn of(body: &RigidBody) -> Option<Self> {
+        match body.distribution() {
+            MassDistribution::Points(points) => Some(Self::Points(points.len())),
+            MassDistribution::Multipole(multipole) => Some(Self::Multipole(multipole.order())),
+            MassDistribution::Polyhedron(_) => None,
+        }
+    }
 }
 
 /// Returns an error if lanes cannot integrate `system` by `method`.
@@ -73,14 +98,17 @@ pub fn fit(system: &System, method: Method) -> Result<(), Unfit> {
 
 impl Layout {
     pub(super) fn of(system: &System, method: Method) -> Result<Self, Unfit> {
-        let (stages, last_kick) = stages(system, method)?;
+        let (splitting, rotor) = splitting(system, method)?;
+        let (stages, last_kick) = splitting.coefficients();
         let bodies = system.bodies();
         let forms = system.forms().ok_or(Unfit::Gravity)?;
         let mut motions = Vec::with_capacity(bodies.len());
+        let mut shapes = Vec::with_capacity(bodies.len());
         for (index, body) in bodies.iter().enumerate() {
-            if !matches!(body.distribution(), MassDistribution::Points(_)) {
-                return Err(Unfit::Distribution { body: index });
+            if body.wheels().is_some() {
+                return Err(Unfit::Wheels { body: index });
             }
+            shapes.push(Shape::of(body).ok_or(Unfit::Distribution { body: index })?);
             let motion = Motion::of(body.mobility()).ok_or(Unfit::Mobility { body: index })?;
             motions.push(motion);
         }
@@ -91,29 +119,26 @@ impl Layout {
         Ok(Self {
             stages,
             last_kick,
+            rotor,
             motions,
             extents: bodies.iter().any(|body| body.radius() > 0.0) || forms.iter().any(wide),
             forms,
-            points: bodies.iter().map(|body| body.points().len()).collect(),
+            shapes,
         })
     }
 }
 
-/// Coefficients of the kicks and drifts.
-fn stages(system: &System, method: Method) -> Result<(Vec<(f64, f64)>, f64), Unfit> {
+/// The splitting of the method and its rotor.
+fn splitting(system: &System, method: Method) -> Result<(Splitting, Rotor), Unfit> {
     let bodies = system.bodies();
     let splitting = match method {
-        Method::Lgvi(rotor @ Rotor::Discrete) => Some(Splitting::lgvi(rotor, bodies)),
-        Method::LieEuler(rotor @ Rotor::Discrete) => Some(Splitting::lie_euler(rotor, bodies)),
-        Method::Composition {
-            order,
-            rotor: rotor @ Rotor::Discrete,
-        } => Splitting::composition(order, rotor, bodies).ok(),
+        Method::Lgvi(rotor) => Some(Splitting::lgvi(rotor, bodies)),
+        Method::LieEuler(rotor) => Some(Splitting::lie_euler(rotor, bodies)),
+        Method::Composition { order, rotor } => Splitting::composition(order, rotor, bodies).ok(),
+        Method::Nystrom { order } => Splitting::nystrom(order, bodies).ok(),
         _ => None,
     };
-    splitting
-        .map(|splitting| splitting.coefficients())
-        .ok_or_else(|| Unfit::Method {
-            method: method.to_string(),
-        })
+    splitting.zip(method.rotor()).ok_or_else(|| Unfit::Method {
+        method: method.to_string(),
+    })
 }

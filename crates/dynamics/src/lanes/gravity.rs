@@ -1,4 +1,7 @@
-use super::body::{Body, Effect, Motion, Point, State};
+use nalgebra::Vector3;
+
+use super::body::{Body, Effect, Mass, Motion, Point, State};
+use super::multipole::{Multipole, acceleration};
 use super::mutual::Mutual;
 use crate::gravity::{Form, SourceShape};
 use crate::lane::{Lane, Matrix, Vector};
@@ -15,6 +18,8 @@ pub(super) struct Attractor<T> {
     gm: T,
     /// The matrix `½ Q`, if the attractor has second moments.
     second: Option<Matrix<T>>,
+    /// Position of its center of mass.
+    center: Vector<T>,
     /// Position and attitude, or `None` at the origin.
     placement: Option<(Vector<T>, Matrix<T>)>,
     /// Radius that no body may enter.
@@ -31,11 +36,14 @@ impl<T: Lane> Gravity<T> {
                         (*gm, Some(Matrix::splat(token, second)))
                     }
                 };
-                let radius = placement.as_ref().map_or(0.0, |placement| placement.radius);
+                let placed = placement.as_ref();
+                let radius = placed.map_or(0.0, |placement| placement.radius);
+                let center = placed.map_or_else(Vector3::zeros, |placement| placement.position);
                 Self::Attractor(Attractor {
                     gm: T::splat(token, gm),
                     second,
-                    placement: placement.as_ref().map(|placement| {
+                    center: Vector::splat(token, &center),
+                    placement: placed.map(|placement| {
                         let position = Vector::splat(token, &placement.position);
                         (position, Matrix::splat(token, &placement.attitude))
                     }),
@@ -101,10 +109,18 @@ impl<T: Lane> Gravity<T> {
 impl<T: Lane> Attractor<T> {
     #[inline(always)]
     fn add_to(&self, body: &Body<T>, state: &State<T>, effect: &mut Effect<T>) {
+        match &body.mass {
+            Mass::Points(points) => self.add_to_points(points, state, effect),
+            Mass::Multipole(multipole) => self.add_to_multipole(multipole, state, effect),
+        }
+    }
+
+    #[inline(always)]
+    fn add_to_points(&self, points: &[Point<T>], state: &State<T>, effect: &mut Effect<T>) {
         let zero = self.gm.constant(0.0);
         let zero = Vector::new(zero, zero, zero);
         let (mut force, mut torque) = (zero, zero);
-        for Point { mass, position } in &body.points {
+        for Point { mass, position } in points {
             let arm = state.attitude * *position;
             let pull = self.acceleration(state.position + arm) * *mass;
             force = force + pull;
@@ -112,6 +128,16 @@ impl<T: Lane> Attractor<T> {
         }
         effect.force = effect.force + force;
         effect.moment = effect.moment + state.attitude.tr_mul(torque);
+    }
+
+    /// The source acts on the mass, and its monopole on the quadrupole.
+    #[inline(always)]
+    fn add_to_multipole(&self, multipole: &Multipole<T>, state: &State<T>, effect: &mut Effect<T>) {
+        let force = self.acceleration(state.position) * multipole.strength;
+        let e = state.attitude.tr_mul(self.center - state.position);
+        let a = multipole.aspherical(e) * self.gm;
+        effect.force = effect.force + (force - state.attitude * a);
+        effect.moment = effect.moment + a.cross(e);
     }
 
     /// The acceleration in the inertial frame.
@@ -126,22 +152,10 @@ impl<T: Lane> Attractor<T> {
         }
     }
 
-    /// The acceleration in the attractor's own frame: `−GM d/r³`, plus the quadrupole term as in
-    /// `Harmonic::acceleration`.
+    /// The acceleration in the attractor's own frame.
     #[inline(always)]
     fn own_acceleration(&self, d: Vector<T>) -> Vector<T> {
-        let squared = d.norm_squared();
-        let by_r2 = squared.constant(1.0) / squared;
-        let root = squared.sqrt();
-        let pull = self.gm * (by_r2 * by_r2) * root;
-        let straight = d * -pull;
-        let Some(second) = &self.second else {
-            return straight;
-        };
-        let by_r5 = by_r2 * root * by_r2 * by_r2;
-        let u = *second * d;
-        let along = d * (d.dot(u) * 5.0 * by_r2);
-        straight + (u * u.x.constant(2.0) - along) * by_r5
+        acceleration(self.gm, self.second.as_ref(), d)
     }
 
     #[inline(always)]
@@ -164,12 +178,18 @@ fn add_uniform<T: Lane>(
     let zero = acceleration.x.constant(0.0);
     let zero = Vector::new(zero, zero, zero);
     let (mut force, mut torque) = (zero, zero);
-    for Point { mass, position } in &body.points {
-        let arm = state.attitude * *position;
-        let pull = acceleration * *mass;
-        force = force + pull;
-        torque = torque + arm.cross(pull);
+    match &body.mass {
+        Mass::Points(points) => {
+            for Point { mass, position } in points {
+                let arm = state.attitude * *position;
+                let pull = acceleration * *mass;
+                force = force + pull;
+                torque = torque + arm.cross(pull);
+            }
+            torque = state.attitude.tr_mul(torque);
+        }
+        Mass::Multipole(multipole) => force = acceleration * multipole.strength,
     }
     effect.force = effect.force + force;
-    effect.moment = effect.moment + state.attitude.tr_mul(torque);
+    effect.moment = effect.moment + torque;
 }

@@ -1,11 +1,12 @@
-use super::body::{Body, Effect, Motion, State};
+use super::body::{Body, Effect, Motion, Rotation, State};
 use super::end::{self, Ends};
 use super::flight::{Batch, Outcome, Thrust};
 use super::gravity::Gravity;
-use super::rescue::{Unsolved, rescue};
+use super::rescue::{Unsolved, rescue, turn_each};
 use crate::Load;
 use crate::integrator::warm_start::WarmStart;
 use crate::lane::Lane;
+use crate::rotation::FreeRotations;
 
 /// Integrates at most as many members as there are lanes.
 #[inline(always)]
@@ -202,14 +203,19 @@ impl<'a, T: Lane> Flock<'a, T> {
                 let drift = state.linear_momentum * (body.per_mass * h);
                 state.position = state.position + drift;
             }
-            let guess = solutions.extrapolate();
             let flying = self.ends.flying();
-            let solved = body
-                .rotation
-                .solve(h, state.angular_momentum, guess, flying);
             let next = &mut self.next[number];
             next.position = state.position;
             next.linear_momentum = state.linear_momentum;
+            let rotation = match &body.rotation {
+                Rotation::Discrete(rotation) => rotation,
+                Rotation::Free(rotation) => {
+                    turn(rotation, &state, next, h, flying);
+                    continue;
+                }
+            };
+            let guess = solutions.extrapolate();
+            let solved = rotation.solve(h, state.angular_momentum, guess, flying);
             let (attitude, angular_momentum) = solved
                 .rotation
                 .carry(&state.attitude, state.angular_momentum);
@@ -229,6 +235,30 @@ impl<'a, T: Lane> Flock<'a, T> {
             }
             solutions.note(correction);
         }
+    }
+}
+
+/// Sets `next` to `state` rotated freely over `h`, in the lanes that are `flying`.
+// A function of its own, which leaves the registers of the other rotor alone.
+#[inline(never)]
+fn turn<T: Lane>(
+    rotation: &FreeRotations<T>,
+    state: &State<T>,
+    next: &mut State<T>,
+    h: f64,
+    flying: u32,
+) {
+    let others = state.position.x.vectorize(
+        #[inline(always)]
+        || {
+            let turn = rotation.flow(state.angular_momentum, h, flying);
+            next.attitude = turn.rotation.compose(turn.factor, &state.attitude);
+            next.angular_momentum = turn.momentum;
+            flying & !turn.lanes
+        },
+    );
+    if others != 0 {
+        turn_each(rotation, state, next, h, others);
     }
 }
 

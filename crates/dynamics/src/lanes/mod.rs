@@ -4,22 +4,24 @@
 //! [`fly`] makes the same steps as [`Simulation`](crate::Simulation), with the same operations in the same order, for
 //! as many systems at once as a register has lanes. No operation in a lane depends on another lane, and none is fused.
 //! The iteration of an implicit equation continues only in the lanes that need it, and lanes in which it does not
-//! converge are solved individually. So the result of a flight is bitwise independent of the width, the instruction set
+//! converge are solved individually. Where the exact rotation has several formulas, each lane takes its own. So the result of a flight is bitwise independent of the width, the instruction set
 //! and the neighboring lanes, and equals that of [`Simulation`](crate::Simulation).
 //!
 //! # Assumptions and limitations
-//! Lanes support splitting methods with the discrete rotor (LGVI, Lie–Euler, compositions), point masses, attractors
-//! with and without second moments, uniform fields, mutual attraction, and bodies that are free, pivoted or fixed.
-//! Everything else is [`Unfit`] and requires [`Simulation`](crate::Simulation).
+//! Lanes support splitting methods (LGVI, Lie–Euler, compositions, Nyström splittings) with both rotors, point masses and
+//! multipoles, attractors with and without second moments, uniform fields, mutual attraction, and bodies that are free,
+//! pivoted or fixed. Everything else is [`Unfit`] and requires [`Simulation`](crate::Simulation).
 
 mod body;
-mod carry;
 mod end;
 mod fit;
 mod flight;
+mod fourth_order;
 mod gravity;
 mod kernel;
+mod multipole;
 mod mutual;
+mod pair;
 mod rescue;
 
 pub use fit::{Unfit, fit};

@@ -1,7 +1,8 @@
-use super::body::{Body, Effect, Motion, Point, State};
+use super::body::{Body, Effect, Mass, Motion, Point, State};
+use super::pair::{Exchange, add_others};
 use crate::lane::{Lane, Matrix, Vector, attraction};
 
-/// Mutual attraction of points, by pairs of bodies and pairs of couples of points, in the same order as
+/// Mutual attraction by pairs of bodies, and of points by pairs of couples of points, in the same order as
 /// [`Mutual`](crate::gravity::Mutual).
 pub(super) struct Mutual<T> {
     constant: T,
@@ -17,16 +18,12 @@ struct Couple<T> {
     arms: [Vector<T>; 2],
 }
 
-/// The force and moments between two bodies, without the gravitational constant.
-struct Exchange<T> {
-    /// Force on the first body, inertial frame. The force on the second is its opposite.
-    force: Vector<T>,
-    moments: [Vector<T>; 2],
-}
-
 impl<T: Lane> Mutual<T> {
     pub(super) fn new(token: T::Token, constant: f64, bodies: &[Body<T>]) -> Self {
-        let points = bodies.iter().map(|body| body.points.len());
+        let points = bodies.iter().map(|body| match &body.mass {
+            Mass::Points(points) => points.len(),
+            Mass::Multipole(_) => 0,
+        });
         let most = points.max().unwrap_or(0).div_ceil(2);
         Self {
             constant: T::splat(token, constant),
@@ -46,26 +43,29 @@ impl<T: Lane> Mutual<T> {
                 if bodies[i].motion == Motion::Held && bodies[j].motion == Motion::Held {
                     continue;
                 }
-                let exchange = self.exchange([&bodies[i], &bodies[j]], [&states[i], &states[j]]);
-                let force = exchange.force * self.constant;
-                effects[i].force = effects[i].force + force;
-                effects[j].force = effects[j].force - force;
-                effects[i].moment = effects[i].moment + exchange.moments[0] * self.constant;
-                effects[j].moment = effects[j].moment + exchange.moments[1] * self.constant;
+                let pair = [&bodies[i], &bodies[j]];
+                let at = [&states[i], &states[j]];
+                if let [Mass::Points(first), Mass::Points(second)] = [&pair[0].mass, &pair[1].mass]
+                {
+                    let exchange = self.between_points([first, second], at);
+                    exchange.add_to(effects, [i, j], self.constant);
+                } else {
+                    add_others(pair, at, effects, [i, j], self.constant);
+                }
             }
         }
     }
 
     #[inline(always)]
-    fn exchange(&mut self, bodies: [&Body<T>; 2], states: [&State<T>; 2]) -> Exchange<T> {
-        if let ([p, q], [r, s]) = (&bodies[0].points[..], &bodies[1].points[..]) {
+    fn between_points(&mut self, bodies: [&[Point<T>]; 2], states: [&State<T>; 2]) -> Exchange<T> {
+        if let ([p, q], [r, s]) = (bodies[0], bodies[1]) {
             let own = Couple::new(p, Some(q), &states[0].attitude);
             let theirs = Couple::new(r, Some(s), &states[1].attitude);
             return between([&[own], &[theirs]], states);
         }
-        for ((couples, body), state) in self.couples.iter_mut().zip(bodies).zip(states) {
+        for ((couples, points), state) in self.couples.iter_mut().zip(bodies).zip(states) {
             couples.clear();
-            for points in body.points.chunks(2) {
+            for points in points.chunks(2) {
                 couples.push(Couple::new(&points[0], points.get(1), &state.attitude));
             }
         }

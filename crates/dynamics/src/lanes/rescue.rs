@@ -3,6 +3,7 @@ use super::end::Ends;
 use super::flight::Batch;
 use crate::StepError;
 use crate::lane::Lane;
+use crate::rotation::FreeRotations;
 
 /// Lanes in which the iteration did not find a body's rotation.
 pub(super) struct Unsolved<'a> {
@@ -36,5 +37,23 @@ pub(super) fn rescue<T: Lane>(
             }
             Err(error) => ends.fail(k, StepError::of_rotation(unsolved.body, error)),
         }
+    }
+}
+
+/// Sets `next` to `state` rotated freely over `h`, in each of `lanes` individually.
+#[cold]
+#[inline(never)]
+pub(super) fn turn_each<T: Lane>(
+    rotation: &FreeRotations<T>,
+    state: &State<T>,
+    next: &mut State<T>,
+    h: f64,
+    lanes: u32,
+) {
+    for k in (0..T::COUNT).filter(|k| lanes & (1 << k) != 0) {
+        let (r, p) = (state.attitude.lane(k), state.angular_momentum.lane(k));
+        let (attitude, momentum) = rotation.lane(k, &r, &p, h);
+        next.attitude.set_lane(k, &attitude);
+        next.angular_momentum.set_lane(k, &momentum);
     }
 }

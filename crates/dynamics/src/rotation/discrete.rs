@@ -10,7 +10,7 @@
 use lgvi_lie::Quaternion;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{PrincipalAxes, Unsolvable, newton};
+use super::{LaneQuaternion, PrincipalAxes, Unsolvable, newton};
 use crate::lane::{Lane, Matrix, Vector};
 
 /// Residual, relative to `|g|`, that counts as rounding.
@@ -39,13 +39,6 @@ pub(crate) struct DiscreteRotation<T> {
     limit: T,
     /// `1 / tr J`.
     scale: T,
-}
-
-/// The quaternion `(w, u)` of a rotation, of any length.
-#[derive(Clone, Copy)]
-pub(crate) struct LaneQuaternion<T> {
-    pub(crate) w: T,
-    pub(crate) u: Vector<T>,
 }
 
 /// A rotation, the correction of s, and a mask whose bit k is set if they are the solution in lane k.

@@ -10,6 +10,7 @@
 mod discrete;
 mod free;
 mod gyrostat;
+mod lane_quaternion;
 mod newton;
 mod principal;
 mod quartic;
@@ -20,8 +21,10 @@ use thiserror::Error;
 
 pub use free::FreeRotation;
 
-pub(crate) use discrete::{DiscreteRotation, LaneQuaternion};
+pub(crate) use discrete::DiscreteRotation;
+pub(crate) use free::FreeRotations;
 pub(crate) use gyrostat::Gyrostat;
+pub(crate) use lane_quaternion::LaneQuaternion;
 pub(crate) use principal::PrincipalAxes;
 
 use crate::Inertia;

@@ -307,18 +307,31 @@ fn parts_of_others_and_damaged_ones_are_refused() {
 /// Flights that lanes do not support are flown one by one, with the same numbers where both are possible.
 #[test]
 fn lanes_and_simulations_come_to_the_same_rows() {
-    let lanes = dumbbells(&[]);
     // Subdivision requires a simulation even if it is never needed.
-    let simulated = dumbbells(&[("steps = 30\n", "steps = 30\nsubdivide = 1\n")]);
-    let (one, other) = (campaign(&lanes), campaign(&simulated));
-    assert!(matches!(other.flown_by(), FlownBy::Simulation { .. }));
-    assert_eq!(one.fly(3..70, Width::Eight), other.fly(3..70, Width::Eight));
-    let exact = "integrator = { name = \"lgvi\", rotor = \"exact\" }";
-    let exact = dumbbells(&[("integrator = \"lgvi\"", exact)]);
-    let exact = campaign(&exact);
-    assert!(matches!(exact.flown_by(), FlownBy::Simulation { .. }));
+    let subdivided = ("steps = 30\n", "steps = 30\nsubdivide = 1\n");
+    for integrator in [
+        "integrator = \"lgvi\"",
+        "integrator = { name = \"lgvi\", rotor = \"exact\" }",
+        "integrator = { name = \"nystrom\", order = 6 }",
+    ] {
+        let integrator = ("integrator = \"lgvi\"", integrator);
+        let (lanes, simulated) = (
+            dumbbells(&[integrator]),
+            dumbbells(&[integrator, subdivided]),
+        );
+        let (one, other) = (campaign(&lanes), campaign(&simulated));
+        assert_eq!(one.flown_by(), &FlownBy::Lanes);
+        assert!(matches!(other.flown_by(), FlownBy::Simulation { .. }));
+        assert_eq!(one.fly(3..70, Width::Eight), other.fly(3..70, Width::Eight));
+    }
+    let lanes = dumbbells(&[]);
+    let one = campaign(&lanes);
+    let taylor = "integrator = { name = \"taylor\", tolerance = 1e-12 }";
+    let taylor = dumbbells(&[("integrator = \"lgvi\"", taylor)]);
+    let taylor = campaign(&taylor);
+    assert!(matches!(taylor.flown_by(), FlownBy::Simulation { .. }));
     let nearby = one.fly(3..5, Width::Eight);
-    for (row, near) in exact.fly(3..5, Width::Eight).iter().zip(&nearby) {
+    for (row, near) in taylor.fly(3..5, Width::Eight).iter().zip(&nearby) {
         for (a, b) in row.numbers.iter().zip(&near.numbers) {
             assert!((a - b).abs() < 1e-3 * b.abs().max(0.1), "{a} {b}");
         }

@@ -44,15 +44,15 @@ use super::polhode::{Polhode, Ratio};
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Asymmetric {
     /// Principal axes as columns, in body axes.
-    axes: Matrix3<f64>,
+    pub(super) axes: Matrix3<f64>,
     /// `(1/J₁, 1/J₂, 1/J₃)`.
-    reciprocal: Vector3<f64>,
+    pub(super) reciprocal: Vector3<f64>,
     /// `κ`.
-    rate: f64,
+    pub(super) rate: f64,
     /// `p`.
-    near: Ratio,
+    pub(super) near: Ratio,
     /// `p′`.
-    far: Ratio,
+    pub(super) far: Ratio,
 }
 
 impl Asymmetric {

@@ -5,13 +5,13 @@ use nalgebra::{Vector2, Vector3};
 /// symmetry, and `J_a` and `J_t` are the axial and transverse moments.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Axisymmetric {
-    axis: Vector3<f64>,
+    pub(super) axis: Vector3<f64>,
     /// Index of the body axis that equals `axis`, if any.
     coordinate: Option<usize>,
     /// `1/J_t`.
-    precession_rate: f64,
+    pub(super) precession_rate: f64,
     /// `1/J_a − 1/J_t`.
-    spin_rate: f64,
+    pub(super) spin_rate: f64,
 }
 
 impl Axisymmetric {

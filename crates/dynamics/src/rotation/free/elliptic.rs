@@ -5,17 +5,22 @@
 
 use std::f64::consts::FRAC_PI_2;
 
+use crate::lane::Lane;
+
 /// `sn u`, `cn u`, `dn u`.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Jacobi {
-    pub(super) sn: f64,
-    pub(super) cn: f64,
-    pub(super) dn: f64,
+pub(super) struct Jacobi<T = f64> {
+    pub(super) sn: T,
+    pub(super) cn: T,
+    pub(super) dn: T,
 }
 
 impl Jacobi {
     /// Largest |u| for [`small`](Self::small).
     pub(super) const SMALL: f64 = 0.25;
+
+    /// Largest |u| for [`series`](Self::series).
+    pub(super) const SERIES: f64 = 0.0625;
 
     /// The functions for |u| ≤ 1/4, by the Maclaurin series of sn up to u¹¹ for |u| ≤ 1/16, and by two doublings
     /// beyond.
@@ -23,21 +28,24 @@ impl Jacobi {
     /// The series has a radius of convergence of at least π/2, which bounds the remainder by `(1/8π)¹² ≈ 2e-17`.
     #[inline]
     pub(super) fn small(u: f64, m: f64) -> Self {
-        if u.abs() <= 0.0625 {
+        if u.abs() <= Self::SERIES {
             Self::series(u, m)
         } else {
             Self::series(0.25 * u, m).doubled(m).doubled(m)
         }
     }
+}
 
-    #[inline]
-    fn series(u: f64, m: f64) -> Self {
+impl<T: Lane> Jacobi<T> {
+    /// The functions for |u| ≤ 1/16.
+    #[inline(always)]
+    pub(super) fn series(u: T, m: T) -> Self {
         let q = u * u;
-        let c3 = 1.0 + m;
-        let c5 = 1.0 + m * (14.0 + m);
-        let c7 = 1.0 + m * (135.0 + m * (135.0 + m));
-        let c9 = 1.0 + m * (1228.0 + m * (5478.0 + m * (1228.0 + m)));
-        let c11 = 1.0 + m * (11_069.0 + m * (165_826.0 + m * (165_826.0 + m * (11_069.0 + m))));
+        let c3 = m + 1.0;
+        let c5 = m * (m + 14.0) + 1.0;
+        let c7 = m * (m * (m + 135.0) + 135.0) + 1.0;
+        let c9 = m * (m * (m * (m + 1228.0) + 5478.0) + 1228.0) + 1.0;
+        let c11 = m * (m * (m * (m * (m + 11_069.0) + 165_826.0) + 165_826.0) + 11_069.0) + 1.0;
         let sum = q
             * (c3 * (-1.0 / 6.0)
                 + q * (c5 * (1.0 / 120.0)
@@ -47,20 +55,32 @@ impl Jacobi {
     }
 
     /// `sn 2u = 2 sn cn dn / (1 − m sn⁴)` (DLMF 22.6.5), for |2u| well below K.
-    #[inline]
-    fn doubled(self, m: f64) -> Self {
+    #[inline(always)]
+    pub(super) fn doubled(self, m: T) -> Self {
         let squared = self.sn * self.sn;
-        let sn = 2.0 * self.sn * self.cn * self.dn / (1.0 - m * squared * squared);
+        let one = m.constant(1.0);
+        let sn = self.sn * 2.0 * self.cn * self.dn / (one - m * squared * squared);
         Self::first_quarter(sn, m)
     }
 
-    #[inline]
-    fn first_quarter(sn: f64, m: f64) -> Self {
+    /// These functions in `lanes`, and the others elsewhere.
+    #[inline(always)]
+    pub(super) fn or(self, others: Self, lanes: u32) -> Self {
+        Self {
+            sn: self.sn.where_in(lanes, others.sn),
+            cn: self.cn.where_in(lanes, others.cn),
+            dn: self.dn.where_in(lanes, others.dn),
+        }
+    }
+
+    #[inline(always)]
+    fn first_quarter(sn: T, m: T) -> Self {
         let squared = sn * sn;
+        let one = m.constant(1.0);
         Self {
             sn,
-            cn: (1.0 - squared).sqrt(),
-            dn: (1.0 - m * squared).sqrt(),
+            cn: (one - squared).sqrt(),
+            dn: (one - m * squared).sqrt(),
         }
     }
 }
@@ -73,10 +93,13 @@ pub(super) struct Landen {
 }
 
 /// Number of levels, sufficient for every `m₁ ≥` [`LEAST_COMPLEMENT`], which needs 13.
-const LEVELS: usize = 16;
+pub(super) const LEVELS: usize = 16;
 
 /// Lower limit of `m₁`. Smaller values are replaced by it, which keeps K finite: about 346.
-const LEAST_COMPLEMENT: f64 = 1e-300;
+pub(super) const LEAST_COMPLEMENT: f64 = 1e-300;
+
+/// Relative difference of two means at which the next one, (a − b)²/8a, is below rounding.
+pub(super) const CLOSE: f64 = 1e-8;
 
 impl Landen {
     /// Computes the sequence for `0 ≤ m₁ ≤ 1`.
@@ -89,8 +112,7 @@ impl Landen {
             means[depth] = (a, b);
             depth += 1;
             let mean = 0.5 * (a + b);
-            // The next difference is (a − b)²/8a, which is below rounding.
-            if (a - b).abs() <= 1e-8 * a || depth == LEVELS {
+            if (a - b).abs() <= CLOSE * a || depth == LEVELS {
                 return Self {
                     means,
                     depth,

@@ -4,6 +4,7 @@ mod asymmetric;
 mod attitude;
 mod axisymmetric;
 mod elliptic;
+mod lanes;
 mod polhode;
 mod third;
 
@@ -13,6 +14,8 @@ use nalgebra::{Matrix3, Vector3};
 use self::asymmetric::Asymmetric;
 use self::axisymmetric::Axisymmetric;
 use crate::Inertia;
+
+pub(crate) use lanes::FreeRotations;
 
 /// The flow of the free rotation `Ṙ = R S(J⁻¹Π)`, `Π̇ = Π × J⁻¹Π` of one body.
 ///

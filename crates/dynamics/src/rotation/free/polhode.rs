@@ -7,9 +7,9 @@ use super::third;
 
 /// A ratio of differences of reciprocal moments, and its square root.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Ratio {
-    pub(super) value: f64,
-    pub(super) root: f64,
+pub(super) struct Ratio<T = f64> {
+    pub(super) value: T,
+    pub(super) root: T,
 }
 
 impl Ratio {
@@ -55,7 +55,7 @@ pub(super) struct Phase {
 
 /// Squared distance from an axis below which Π is treated as lying on it. Otherwise, it would stay equally close to the
 /// pole forever, and close to the middle axis for more than 300 of its time constants.
-const STEADY: f64 = 1e-300;
+pub(super) const STEADY: f64 = 1e-300;
 
 impl Polhode {
     /// The polhode through `a`, in principal axes, with `near = p` and `far = p′`. Returns `None` on the pole and on

@@ -1,6 +1,7 @@
 //! The elliptic integral of the third kind for the angle about the angular momentum, in Carlson's symmetric form.
 
 use super::elliptic::{Jacobi, Landen};
+use crate::lane::Lane;
 
 /// `T(u) = ∫₀ᵘ sn²/(1 + ν sn²) du′ = ⅓ sn³ R_J(cn², dn², 1, 1 + ν sn²)` for |u| ≤ K and `0 ≤ ν ≤ 1` (DLMF 19.25.14).
 #[inline]
@@ -19,7 +20,7 @@ pub(super) fn complete(landen: &Landen, nu: f64) -> f64 {
         let (squared, product) = (p * p, a * b);
         q *= 0.5 * (squared - product) / (squared + product);
         sum += q;
-        if q.abs() < 1e-17 * sum {
+        if q.abs() < NEGLIGIBLE * sum {
             break;
         }
         p = 0.5 * (p + product / p);
@@ -27,9 +28,12 @@ pub(super) fn complete(landen: &Landen, nu: f64) -> f64 {
     0.5 * landen.quarter_period() / (1.0 + nu) * sum
 }
 
+/// Relative size of a term of the sum that ends it.
+pub(super) const NEGLIGIBLE: f64 = 1e-17;
+
 /// Relative spread of the arguments about their mean below which the series is used. Its remainder is about `0.05 ×
 /// spread⁸`.
-const SPREAD: f64 = 0.0125;
+pub(super) const SPREAD: f64 = 0.0125;
 
 /// Carlson's `R_J(x, y, z, p)` for `p ≥ z ≥ y ≥ x ≥ 0`, y > 0, by his duplication theorem and series (B. C.
 /// Carlson, *Numerical computation of real or complex elliptic integrals*, Numer. Algorithms 10 (1995) 13–26; DLMF
@@ -53,44 +57,57 @@ fn r_j(mut x: f64, mut y: f64, mut z: f64, mut p: f64) -> f64 {
         z = 0.25 * (z + lambda);
         p = 0.25 * (p + lambda);
     }
-    let reciprocal = 1.0 / mean;
+    let (reciprocal, series) = equal(mean, [x, y, z]);
+    6.0 * sum + scale * reciprocal * reciprocal.sqrt() * series
+}
+
+/// The reciprocal of `mean`, and `R_J(x, y, z, p) mean^{3/2}` for arguments of this mean that are nearly equal (DLMF
+/// 19.36.2).
+#[inline(always)]
+pub(super) fn equal<T: Lane>(mean: T, [x, y, z]: [T; 3]) -> (T, T) {
+    let one = mean.constant(1.0);
+    let reciprocal = one / mean;
     let (x, y, z) = (
-        1.0 - x * reciprocal,
-        1.0 - y * reciprocal,
-        1.0 - z * reciprocal,
+        one - x * reciprocal,
+        one - y * reciprocal,
+        one - z * reciprocal,
     );
-    let p = -0.5 * (x + y + z);
+    let p = (x + y + z) * -0.5;
     let xyz = x * y * z;
     let pp = p * p;
-    let e2 = x * y + z * (x + y) - 3.0 * pp;
-    let e3 = xyz + 2.0 * p * (e2 + 2.0 * pp);
-    let e4 = (2.0 * xyz + p * (e2 + 3.0 * pp)) * p;
+    let e2 = x * y + z * (x + y) - pp * 3.0;
+    let e3 = xyz + p * 2.0 * (e2 + pp * 2.0);
+    let e4 = (xyz * 2.0 + p * (e2 + pp * 3.0)) * p;
     let e5 = xyz * pp;
-    let series = 1.0
-        + e2 * (-3.0 / 14.0
-            + e2 * (9.0 / 88.0 - e2 / 16.0)
-            + e3 * (-9.0 / 52.0 + e2 * (45.0 / 272.0))
-            + e4 * (3.0 / 20.0)
-            - e5 * (9.0 / 68.0))
-        + e3 * (1.0 / 6.0 + e3 * (3.0 / 40.0) - e4 * (9.0 / 68.0))
-        - e4 * (3.0 / 22.0)
-        + e5 * (3.0 / 26.0);
-    6.0 * sum + scale * reciprocal * reciprocal.sqrt() * series
+    let by_e2 = e2 * (-(e2 * 0.0625) + 9.0 / 88.0)
+        + -3.0 / 14.0
+        + e3 * (e2 * (45.0 / 272.0) + -9.0 / 52.0)
+        + e4 * (3.0 / 20.0)
+        - e5 * (9.0 / 68.0);
+    let by_e3 = e3 * (3.0 / 40.0) + 1.0 / 6.0 - e4 * (9.0 / 68.0);
+    let series = e2 * by_e2 + 1.0 + e3 * by_e3 - e4 * (3.0 / 22.0) + e5 * (3.0 / 26.0);
+    (reciprocal, series)
 }
 
 /// `R_C(1, 1 + e) = atan √e / √e` for e ≥ 0.
 #[inline]
 fn r_c(e: f64) -> f64 {
-    if e < 0.01 {
-        1.0 + e
-            * (-1.0 / 3.0
-                + e * (1.0 / 5.0
-                    + e * (-1.0 / 7.0
-                        + e * (1.0 / 9.0 + e * (-1.0 / 11.0 + e * (1.0 / 13.0 - e / 15.0))))))
+    if e < R_C_SERIES {
+        r_c_series(e)
     } else {
         let root = e.sqrt();
         libm::atan(root) / root
     }
+}
+
+/// Largest e for [`r_c_series`].
+pub(super) const R_C_SERIES: f64 = 0.01;
+
+#[inline(always)]
+pub(super) fn r_c_series<T: Lane>(e: T) -> T {
+    let last = -(e / 15.0) + 1.0 / 13.0;
+    let inner = e * (e * (e * last + -1.0 / 11.0) + 1.0 / 9.0) + -1.0 / 7.0;
+    e * (e * (e * inner + 1.0 / 5.0) + -1.0 / 3.0) + 1.0
 }
 
 #[cfg(test)]

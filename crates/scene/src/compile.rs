@@ -9,6 +9,7 @@ mod frame;
 mod maneuver;
 mod polyhedron;
 mod run;
+mod sensors;
 mod state;
 
 pub(crate) use maneuver::ConstraintFile;
@@ -66,6 +67,7 @@ impl Scene {
             frames: Vec::new(),
             gravity,
             docking: Vec::new(),
+            sensors: Vec::new(),
             maneuver: None,
             disturbance: None,
             ensemble: None,
@@ -77,6 +79,7 @@ impl Scene {
         check_si(&scene)?;
         run::check_end(&scene)?;
         scene.frames = frame::frames(&scene, &file.frames)?;
+        scene.sensors = sensors::sensors(&scene, &file.bodies, file.run.sensor_seed)?;
         scene.docking = docking::dockings(&scene, &file.docking)?;
         if let Some(file) = &file.maneuver {
             scene.maneuver = Some(maneuver::maneuver(&scene, file)?);

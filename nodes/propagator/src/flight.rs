@@ -1,7 +1,9 @@
 use std::sync::Arc;
 
 use lgvi_dynamics::docking::Docked;
-use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
+use lgvi_dynamics::{
+    BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport, System,
+};
 use lgvi_scene::{ActuatorErrors, Energies, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
@@ -240,6 +242,11 @@ impl Flight {
     /// What acted on the bodies in the last step, beside gravity.
     pub fn loads(&self) -> &[Load] {
         &self.loads
+    }
+
+    /// The bodies and their gravity.
+    pub fn system(&self) -> &System {
+        self.simulation.system()
     }
 
     /// The bodies' states.

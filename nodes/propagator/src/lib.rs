@@ -23,6 +23,7 @@ mod orders;
 mod pace;
 mod resolution;
 mod run;
+mod sensors;
 mod set_states;
 mod wrench;
 

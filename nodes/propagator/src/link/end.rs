@@ -13,6 +13,7 @@ use rtrb::{Consumer, Producer};
 use super::counted::{self, Counts};
 use super::{LinkError, Published, Request, SEQUENCES, Shared, Verdict};
 use crate::messages::Snapshot;
+use crate::sensors::Reading;
 use crate::wrench::Wrench;
 use crate::{ControlError, Controls};
 
@@ -37,6 +38,7 @@ pub(crate) struct LinkEnd {
     pub(super) controls: Consumer<Arc<Controls>>,
     pub(super) verdicts: Producer<Verdict>,
     pub(super) wrenches: Consumer<Wrench>,
+    pub(super) readings: Producer<Reading>,
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) counts: Vec<Arc<Counts>>,
     pub(super) lossless: Arc<AtomicBool>,
@@ -125,6 +127,18 @@ impl LinkEnd {
         self.filled.push(snapshot).is_ok()
     }
 
+    /// Hands what a sensor has read to the ROS side; returns `false` where there is no room and it may be dropped.
+    pub(crate) fn sense(&mut self, reading: Reading, wait: Wait) -> bool {
+        let wait = self.lossless.load(Ordering::Relaxed) || wait != Wait::AsConfigured;
+        while self.readings.is_full() {
+            if !wait || self.shutdown.requested() || self.readings.is_abandoned() {
+                return false;
+            }
+            std::thread::sleep(Duration::from_micros(50));
+        }
+        self.readings.push(reading).is_ok()
+    }
+
     /// Has the odometry of a state published once more, for those who have come since.
     pub(crate) fn repeat(&mut self, step: u64, states: &[BodyState]) {
         if let Ok(mut snapshot) = self.empty.pop() {
@@ -198,6 +212,7 @@ mod tests {
         let (other_controls, controls) = RingBuffer::new(1);
         let (verdicts, other_verdicts) = RingBuffer::new(1);
         let (other_wrenches, wrenches) = RingBuffer::new(1);
+        let (readings, other_readings) = RingBuffer::new(1);
         let (requests, other_requests) = mpsc::channel();
         let snapshot = Snapshot {
             step: 0,
@@ -214,6 +229,7 @@ mod tests {
                 other_controls,
                 other_verdicts,
                 other_wrenches,
+                other_readings,
                 other_requests,
             );
             panic!("as a fault of the ROS side does");
@@ -227,6 +243,7 @@ mod tests {
             controls,
             verdicts,
             wrenches,
+            readings,
             requests,
             counts: Vec::new(),
             lossless: Arc::new(AtomicBool::new(true)),

@@ -7,6 +7,7 @@ mod clock;
 mod counted;
 mod end;
 mod late;
+mod sensors;
 mod sequences;
 mod service;
 mod settling;
@@ -34,6 +35,7 @@ use crate::ControlError;
 use crate::config::{Config, Rates};
 use crate::messages::Snapshot;
 use crate::monitor::Monitor;
+use crate::sensors::Listened;
 
 pub(crate) use self::end::{LinkEnd, Wait};
 
@@ -45,6 +47,9 @@ const SEQUENCES: usize = 8;
 
 /// Wrenches on their way to the loop, and back as sequences that are flown.
 const WRENCHES: usize = 256;
+
+/// Readings of sensors on their way to the ROS side, in a scene that has any.
+const READINGS: usize = 1024;
 
 /// What has become of what came in, in the order in which the loop has taken it.
 enum Verdict {
@@ -112,9 +117,16 @@ pub(crate) fn start(
     scene: &Arc<Scene>,
     names: &[Name],
     monitor: &Arc<Monitor>,
+    listened: &Listened,
 ) -> Result<LinkEnd, NodeError> {
     let lossless = Arc::new(AtomicBool::new(rates.lossless()));
-    let topics = Topics::new(node, scene, config.clock, &lossless)?;
+    let readings = if scene.sensors.is_empty() {
+        0
+    } else {
+        READINGS
+    };
+    let (readings_in, readings_out) = RingBuffer::new(readings);
+    let topics = Topics::new(node, scene, config.clock, &lossless, listened, readings_out)?;
     let counts = topics.counts();
     let (filled_in, filled_out) = RingBuffer::new(SNAPSHOTS);
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
@@ -165,6 +177,7 @@ pub(crate) fn start(
         controls: controls_out,
         verdicts: verdicts_in,
         wrenches: wrenches_out,
+        readings: readings_in,
         requests: requests_in,
         counts,
         lossless,

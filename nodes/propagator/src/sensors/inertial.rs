@@ -144,13 +144,17 @@ impl Increments {
     }
 
     /// What is read where no period has been flown: the angular velocity, and the specific force of a body that turns
-    /// uniformly without loads.
+    /// uniformly without loads. A body that is driven circles in addition.
     pub(super) fn instant(&mut self, scene: &Scene, flight: &Flight, sensor: &Sensor) -> Truth {
         let state = &flight.states()[sensor.body];
-        let rate = state.angular_velocity(&flight.system().bodies()[sensor.body]);
-        let gravity = self.gravity(flight.states());
+        let body = &flight.system().bodies()[sensor.body];
+        let rate = state.angular_velocity(body);
+        let mut center = -self.gravity(flight.states());
+        if let Mobility::Driven(drive) = body.mobility() {
+            center += drive.rate.cross(&state.velocity(body));
+        }
         let mount = &sensor.mount;
-        let force = rate.cross(&rate.cross(&mount.position)) - state.attitude.tr_mul(&gravity);
+        let force = state.attitude.tr_mul(&center) + rate.cross(&rate.cross(&mount.position));
         Truth::Inertial {
             rate: mount.attitude.tr_mul(&rate),
             force: mount.attitude.tr_mul(&force),

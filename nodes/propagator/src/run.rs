@@ -165,11 +165,8 @@ impl Managed for Propagator {
         let states = shm.state_publisher(&state_topic, names.len(), rates.delivery())?;
         let monitor = Arc::new(Monitor::new(&scene));
         let orders = Orders::serve(node, &scene)?;
-        let listened = scene.sensors.iter().map(|_| false.into()).collect();
-        let sensors = Sensors::new(&scene, &listened);
-        let link = link::start(
-            node, &shm, &config, &rates, &scene, &names, &monitor, &listened,
-        )?;
+        let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
+        let sensors = Sensors::new(&scene, link.listened());
         let cycle = Cycle::read(&node.parameters, &scene, &config.wrenches)?;
         if let (Some(cycle), Some(terms)) = (&cycle, &mut config.terms) {
             *terms = terms.for_steps(cycle.every());

@@ -13,7 +13,7 @@ use rtrb::{Consumer, Producer};
 use super::counted::{self, Counts};
 use super::{LinkError, Published, Request, SEQUENCES, Shared, Verdict};
 use crate::messages::Snapshot;
-use crate::sensors::Reading;
+use crate::sensors::{Listened, Reading};
 use crate::wrench::Wrench;
 use crate::{ControlError, Controls};
 
@@ -125,6 +125,11 @@ impl LinkEnd {
         snapshot.states.copy_from_slice(states);
         snapshot.again = false;
         self.filled.push(snapshot).is_ok()
+    }
+
+    /// Whether somebody listens to each sensor.
+    pub(crate) fn listened(&self) -> Listened {
+        Arc::clone(&self.shared.listened)
     }
 
     /// Hands what a sensor has read to the ROS side; returns `false` where there is no room and it may be dropped.

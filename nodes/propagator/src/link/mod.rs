@@ -69,6 +69,8 @@ struct Shared {
     wanted: AtomicBool,
     /// Odometry, tf and invariants have the subscribers that were asked for.
     attended: AtomicBool,
+    /// Sensors that somebody listens to.
+    listened: Listened,
     /// A control sequence was malformed.
     bad_control: OnceLock<ControlError>,
     /// Something that must not be published.
@@ -117,7 +119,6 @@ pub(crate) fn start(
     scene: &Arc<Scene>,
     names: &[Name],
     monitor: &Arc<Monitor>,
-    listened: &Listened,
 ) -> Result<LinkEnd, NodeError> {
     let lossless = Arc::new(AtomicBool::new(rates.lossless()));
     let readings = if scene.sensors.is_empty() {
@@ -126,7 +127,7 @@ pub(crate) fn start(
         READINGS
     };
     let (readings_in, readings_out) = RingBuffer::new(readings);
-    let topics = Topics::new(node, scene, config.clock, &lossless, listened, readings_out)?;
+    let topics = Topics::new(node, scene, config.clock, &lossless, readings_out)?;
     let counts = topics.counts();
     let (filled_in, filled_out) = RingBuffer::new(SNAPSHOTS);
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
@@ -141,7 +142,14 @@ pub(crate) fn start(
             again: false,
         });
     }
-    let shared = Arc::new(Shared::default());
+    let shared = Arc::new(Shared {
+        listened: scene
+            .sensors
+            .iter()
+            .map(|_| AtomicBool::default())
+            .collect(),
+        ..Shared::default()
+    });
     let (requests_in, requests_out) = mpsc::channel();
     let mut link = Link {
         system: scene.system(),

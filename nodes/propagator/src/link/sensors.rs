@@ -18,12 +18,11 @@ use super::counted::{Counted, Counts};
 use super::settling::Outgoing;
 use super::topics::STREAM_DEPTH;
 use crate::sensors::errors::{GnssErrors, ImuErrors, RelativePoseErrors, StarTrackerErrors};
-use crate::sensors::{Listened, Reading, Truth};
+use crate::sensors::{Reading, Truth};
 
 /// Publishes what sensors measure.
 pub(super) struct SensorTopics {
     outlets: Vec<Outlet>,
-    listened: Listened,
     readings: Consumer<Reading>,
 }
 
@@ -56,22 +55,20 @@ impl SensorTopics {
         ros: &RosNode,
         scene: &Scene,
         lossless: &Arc<AtomicBool>,
-        listened: &Listened,
         readings: Consumer<Reading>,
     ) -> Result<Self, NodeError> {
         let sensors = scene.sensors.iter();
         let outlets = sensors.map(|sensor| Outlet::new(ros, scene, sensor, lossless));
         Ok(Self {
             outlets: outlets.collect::<Result<_, _>>()?,
-            listened: Arc::clone(listened),
             readings,
         })
     }
 
     /// Has the loop know to which sensors somebody listens; whether there is one.
-    pub(super) fn wanted(&self) -> bool {
+    pub(super) fn wanted(&self, listened: &[AtomicBool]) -> bool {
         let mut any = false;
-        for (outlet, listened) in self.outlets.iter().zip(&*self.listened) {
+        for (outlet, listened) in self.outlets.iter().zip(listened) {
             let wanted = outlet.topic().wanted();
             listened.store(wanted, Ordering::Relaxed);
             any |= wanted;

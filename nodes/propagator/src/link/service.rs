@@ -93,7 +93,7 @@ impl Link {
         loop {
             let wanted = self.topics.wanted() || self.monitor.wanted();
             self.shared.wanted.store(wanted, Ordering::Release);
-            let wanted = self.topics.sensors.wanted() || wanted;
+            let wanted = self.topics.sensors.wanted(&self.shared.listened) || wanted;
             if self.topics.have_subscribers(await_subscribers) {
                 self.shared.attended.store(true, Ordering::Release);
             }

@@ -14,7 +14,7 @@ use super::clock::FlightClock;
 use super::counted::{Counted, Counts};
 use super::sensors::SensorTopics;
 use super::settling::Outgoing;
-use crate::sensors::{Listened, Reading};
+use crate::sensors::Reading;
 
 /// Depth of the topics that stream.
 pub(super) const STREAM_DEPTH: usize = 1000;
@@ -44,7 +44,6 @@ impl Topics {
         scene: &Scene,
         clock: bool,
         lossless: &Arc<AtomicBool>,
-        listened: &Listened,
         readings: Consumer<Reading>,
     ) -> Result<Self, NodeError> {
         let ros = &node.ros;
@@ -68,7 +67,7 @@ impl Topics {
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(FLOWN_DEPTH), lossless)?,
             intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
             clock: clock.then(|| FlightClock::new(ros)).transpose()?,
-            sensors: SensorTopics::new(ros, scene, lossless, listened, readings)?,
+            sensors: SensorTopics::new(ros, scene, lossless, readings)?,
             state: Counted::new(ros, "~/state", &stream, lossless)?,
             odometry: odometry.collect::<Result<_, _>>()?,
             tf: Counted::new(ros, "/tf", &stream, lossless)?,

@@ -10,7 +10,8 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use lgvi_scene::{Scene, SensorKind};
+use lgvi_dynamics::docking::Docked;
+use lgvi_scene::{Scene, Sensor, SensorKind};
 use nalgebra::{Matrix3, Vector3};
 
 use self::inertial::Increments;
@@ -69,10 +70,7 @@ impl Truth {
 pub(crate) struct Sensors {
     scene: Arc<Scene>,
     listened: Listened,
-    /// The running period of each inertial sensor; `None` of the others.
-    increments: Vec<Option<Increments>>,
-    /// What is published later, by sensor.
-    delayed: Vec<VecDeque<Reading>>,
+    units: Vec<Unit>,
     /// What is to be published.
     ready: VecDeque<Reading>,
     /// The next step at which a period ends or a delay is over.
@@ -85,46 +83,50 @@ pub(crate) struct Sensors {
     separated: usize,
 }
 
+struct Unit {
+    sensor: Sensor,
+    /// The running period of an inertial sensor.
+    increments: Option<Increments>,
+    /// What is published later.
+    delayed: VecDeque<Reading>,
+}
+
 impl Sensors {
-    pub(crate) fn new(scene: &Arc<Scene>, listened: &Listened) -> Self {
-        let sensors = &scene.sensors;
-        let increments = sensors.iter().map(|sensor| match sensor.kind {
-            SensorKind::Imu(_) => Some(Increments::new(scene, sensor.body)),
-            _ => None,
-        });
-        let delayed = sensors.iter().map(|sensor| {
-            let waiting = sensor.delay.div_ceil(sensor.every) as usize;
-            VecDeque::with_capacity(waiting + 2)
-        });
+    pub(crate) fn new(scene: &Arc<Scene>, listened: Listened) -> Self {
+        let units: Vec<_> = scene
+            .sensors
+            .iter()
+            .map(|sensor| Unit::new(scene, sensor))
+            .collect();
         Self {
-            increments: increments.collect(),
-            delayed: delayed.collect(),
             // A reading that is new, and one that was delayed.
-            ready: VecDeque::with_capacity(2 * sensors.len()),
+            ready: VecDeque::with_capacity(2 * units.len()),
+            units,
             due: 0,
             boundary: 0,
             origin: 0,
             separated: 0,
-            listened: Arc::clone(listened),
+            listened,
             scene: Arc::clone(scene),
         }
     }
 
     /// Whether the scene has none.
     pub(crate) fn is_empty(&self) -> bool {
-        self.delayed.is_empty()
+        self.units.is_empty()
     }
 
     /// The states have been set at the present step.
     pub(crate) fn begin(&mut self, flight: &Flight) {
         let step = flight.step();
-        if step == 0 {
-            self.delayed.iter_mut().for_each(VecDeque::clear);
-        }
         self.separated = flight.docked().len();
         [self.due, self.boundary, self.origin] = [step; 3];
-        let running = self.increments.iter_mut().flatten();
-        running.for_each(Increments::end);
+        for unit in &mut self.units {
+            if step == 0 {
+                unit.delayed.clear();
+            }
+            unit.increments.iter_mut().for_each(Increments::end);
+        }
     }
 
     /// A step is about to be made.
@@ -133,14 +135,11 @@ impl Sensors {
         if step != self.boundary {
             return;
         }
-        for (index, increments) in self.increments.iter_mut().enumerate() {
-            let Some(increments) = increments else {
-                continue;
-            };
-            let sensor = &self.scene.sensors[index];
-            if step.is_multiple_of(sensor.every) || step == self.origin {
-                if self.listened[index].load(Ordering::Relaxed) {
-                    increments.begin(flight, &sensor.mount);
+        for (unit, listened) in self.units.iter_mut().zip(&*self.listened) {
+            let begins = step.is_multiple_of(unit.sensor.every) || step == self.origin;
+            if let Some(increments) = unit.increments.as_mut().filter(|_| begins) {
+                if listened.load(Ordering::Relaxed) {
+                    increments.begin(flight, &unit.sensor.mount);
                 } else {
                     increments.end();
                 }
@@ -150,8 +149,10 @@ impl Sensors {
 
     /// A step has been made.
     pub(crate) fn arrive(&mut self, flight: &Flight) {
-        for increments in self.increments.iter_mut().flatten() {
-            increments.add(flight.loads());
+        for unit in &mut self.units {
+            if let Some(increments) = &mut unit.increments {
+                increments.add(flight.loads());
+            }
         }
         if flight.step() == self.due {
             self.read(flight);
@@ -160,41 +161,32 @@ impl Sensors {
 
     /// Reads the sensors whose turn it is at the present step.
     pub(crate) fn read(&mut self, flight: &Flight) {
-        let scene = Arc::clone(&self.scene);
         let step = flight.step();
+        let docked = &flight.docked()[self.separated..];
+        let first = step == self.origin;
         self.boundary = step;
         self.due = u64::MAX;
-        for (index, sensor) in scene.sensors.iter().enumerate() {
-            if step.is_multiple_of(sensor.every)
-                && let Some(truth) = self.truth(index, flight)
+        let units = self.units.iter_mut().zip(&*self.listened).enumerate();
+        for (index, (unit, listened)) in units {
+            let every = unit.sensor.every;
+            if step.is_multiple_of(every)
+                && let Some(truth) = unit.truth(&self.scene, flight, docked, first, listened)
             {
                 let reading = Reading {
                     sensor: index,
                     step,
                     truth,
                 };
-                match sensor.delay {
+                match unit.sensor.delay {
                     0 => self.ready.push_back(reading),
-                    _ => {
-                        let delayed = &mut self.delayed[index];
-                        // Of two at the same step, the later one is of the state as it has been set.
-                        if delayed.back().is_some_and(|last| last.step == step) {
-                            delayed.pop_back();
-                        }
-                        delayed.push_back(reading);
-                    }
+                    _ => unit.delay(reading),
                 }
             }
-            let delayed = &mut self.delayed[index];
-            let published_at = |reading: &Reading| reading.step + sensor.delay;
-            while delayed
-                .front()
-                .is_some_and(|first| published_at(first) <= step)
-            {
-                self.ready.extend(delayed.pop_front());
+            while let Some(reading) = unit.over(step) {
+                self.ready.push_back(reading);
             }
-            let next = (step / sensor.every + 1) * sensor.every;
-            let over = delayed.front().map_or(next, published_at);
+            let next = (step / every + 1) * every;
+            let over = unit.next_over().unwrap_or(next);
             self.due = self.due.min(next).min(over);
         }
     }
@@ -203,26 +195,67 @@ impl Sensors {
     pub(crate) fn take(&mut self) -> Option<Reading> {
         self.ready.pop_front()
     }
+}
 
-    /// What a sensor reads; `None` where it reads nothing, or nobody listens.
-    fn truth(&mut self, index: usize, flight: &Flight) -> Option<Truth> {
-        let sensor = &self.scene.sensors[index];
-        let listened = || self.listened[index].load(Ordering::Relaxed);
-        let joined = &flight.docked()[self.separated..];
-        if let Some(increments) = &mut self.increments[index] {
-            if increments.is_running() {
-                return increments.mean(&self.scene, flight, joined, &sensor.mount);
-            }
-            let first = flight.step() == self.origin && listened();
-            return first.then(|| increments.instant(&self.scene, flight, sensor));
+impl Unit {
+    fn new(scene: &Scene, sensor: &Sensor) -> Self {
+        let inertial = matches!(sensor.kind, SensorKind::Imu(_));
+        let waiting = sensor.delay.div_ceil(sensor.every) as usize;
+        Self {
+            increments: inertial.then(|| Increments::new(scene, sensor.body)),
+            delayed: VecDeque::with_capacity(waiting + 2),
+            sensor: sensor.clone(),
         }
-        let sight = Sight {
-            scene: &self.scene,
-            bodies: flight.system().bodies(),
-            states: flight.states(),
-            sensor,
-        };
-        listened().then(|| sight.truth()).flatten()
+    }
+
+    /// What it reads; `None` where it reads nothing, or nobody listens.
+    fn truth(
+        &mut self,
+        scene: &Scene,
+        flight: &Flight,
+        docked: &[Docked],
+        first: bool,
+        listened: &AtomicBool,
+    ) -> Option<Truth> {
+        let listened = || listened.load(Ordering::Relaxed);
+        let sensor = &self.sensor;
+        match &mut self.increments {
+            Some(increments) if increments.is_running() => {
+                increments.mean(scene, flight, docked, &sensor.mount)
+            }
+            Some(increments) => {
+                (first && listened()).then(|| increments.instant(scene, flight, sensor))
+            }
+            None => {
+                let sight = Sight {
+                    scene,
+                    bodies: flight.system().bodies(),
+                    states: flight.states(),
+                    sensor,
+                };
+                listened().then(|| sight.truth()).flatten()
+            }
+        }
+    }
+
+    /// Publishes a reading later. Of two at the same step, the later one is of the state as it has been set.
+    fn delay(&mut self, reading: Reading) {
+        let last = self.delayed.back();
+        if last.is_some_and(|last| last.step == reading.step) {
+            self.delayed.pop_back();
+        }
+        self.delayed.push_back(reading);
+    }
+
+    /// The step at which the next delay is over.
+    fn next_over(&self) -> Option<u64> {
+        Some(self.delayed.front()?.step + self.sensor.delay)
+    }
+
+    /// Takes a reading whose delay is over at a step.
+    fn over(&mut self, step: u64) -> Option<Reading> {
+        self.next_over().filter(|over| *over <= step)?;
+        self.delayed.pop_front()
     }
 }
 

@@ -1,3 +1,4 @@
+mod errors;
 mod inertial;
 mod sight;
 mod statistics;
@@ -24,7 +25,7 @@ impl Run {
         let listened: Listened = scene.sensors.iter().map(|_| true.into()).collect();
         Self {
             flight: Flight::new(&scene).unwrap(),
-            sensors: Sensors::new(&scene, &listened),
+            sensors: Sensors::new(&scene, Arc::clone(&listened)),
             scene,
             listened,
         }

@@ -55,10 +55,10 @@ kinds! {
     Imu {
         /// Errors of the angular velocity.
         #[serde(default)]
-        gyroscope: InertialErrorsFile,
+        gyroscope: Box<InertialErrorsFile>,
         /// Errors of the specific force.
         #[serde(default)]
-        accelerometer: InertialErrorsFile,
+        accelerometer: Box<InertialErrorsFile>,
     }
     /// Measures the attitude of its frame; looks along the z axis.
     StarTracker {

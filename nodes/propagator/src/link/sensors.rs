@@ -28,7 +28,7 @@ pub(super) struct SensorTopics {
 
 /// A sensor's topic and its errors.
 enum Outlet {
-    Imu(Counted<Imu>, ImuErrors),
+    Imu(Counted<Imu>, Box<ImuErrors>),
     StarTracker(Counted<Imu>, StarTrackerErrors),
     Gnss(Counted<Odometry>, GnssErrors),
     RelativePose(Counted<PoseWithCovarianceStamped>, RelativePoseErrors),
@@ -115,7 +115,7 @@ impl Outlet {
         Ok(match &sensor.kind {
             SensorKind::Imu(imu) => {
                 let period = sensor.every as f64 * scene.h();
-                let errors = ImuErrors::new(imu, seed, period);
+                let errors = Box::new(ImuErrors::new(imu, seed, period));
                 Self::Imu(Counted::new(ros, &topic, &qos, lossless)?, errors)
             }
             SensorKind::StarTracker(tracker) => Self::StarTracker(

@@ -186,7 +186,7 @@ fn other(key: &str, scene: &Scene, body: usize, name: &str) -> Result<usize, Sce
 
 /// Checks a standard deviation in the scene's units, given the SI size of its unit.
 fn deviation(key: &str, value: f64, unit: f64) -> Result<f64, SceneError> {
-    if value >= 0.0 && value <= LARGEST && value * unit <= LARGEST {
+    if (0.0..=LARGEST).contains(&value) && value * unit <= LARGEST {
         Ok(value)
     } else {
         let expected = format!("a standard deviation, a number ≥ 0, at most {LARGEST:e} in SI");

@@ -61,11 +61,13 @@ fn a_late_listener_and_one_among_others_get_the_same_bits() {
         (0..3).for_each(|sensor| other.listen(sensor, false));
         other.begin();
         assert_eq!(other.steps(from), []);
-        (0..3).for_each(|sensor| other.listen(sensor, listened[sensor]));
+        for (sensor, listens) in listened.into_iter().enumerate() {
+            other.listen(sensor, listens);
+        }
         let all = other.steps(100 - from);
-        for sensor in 0..3 {
+        for (sensor, listens) in listened.into_iter().enumerate() {
             let (found, expected) = (of(sensor, &all), of(sensor, &complete));
-            if !listened[sensor] {
+            if !listens {
                 assert_eq!(found, []);
                 continue;
             }

@@ -170,7 +170,7 @@ fn once_a_second_a_flight_says_how_it_is() {
         let troubles = [
             "overruns",
             "samples refused over shared memory",
-            "states not converted for DDS",
+            "states and measurements not converted for DDS",
         ];
         let troubled = troubles.iter().any(|key| grown(key) > 0.0);
         let level = if troubled {

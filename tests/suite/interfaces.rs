@@ -1,14 +1,17 @@
 //! Nodes have the topics, services and actions of docs/interfaces.md, and no others, as real ROS 2 sees them.
 
 use std::collections::BTreeMap;
+use std::fs;
 
-use lgvi_tests::{Process, Recording, Row, World, codes, documented, eventually, root, scene};
+use lgvi_tests::{
+    Process, Recording, Row, World, codes, documented, edited, eventually, root, scene,
+};
 
 use crate::real_ros::{Graph, Names};
 
 const LOGGERS: &str = "enable_logger_service:=true";
 
-/// Names, in which `<body>` stands for any one part, and their types, of which some have a package only.
+/// Names, in which `<body>` and `<sensor>` stand for any one part, and their types, of which some have a package only.
 type Documented = BTreeMap<String, String>;
 
 /// What the page says that a node has.
@@ -148,13 +151,10 @@ fn compare(kind: &str, found: &Names, documented: &Documented) {
 }
 
 fn is_called(name: &str, documented: &str) -> bool {
-    match documented.split_once("<body>") {
-        Some((before, after)) => name
-            .strip_prefix(before)
-            .and_then(|rest| rest.strip_suffix(after))
-            .is_some_and(|body| !body.is_empty() && !body.contains('/')),
-        None => name == documented,
-    }
+    let [parts, known] = [name, documented].map(|name| name.split('/').collect::<Vec<_>>());
+    let fits =
+        |(part, known): (&&str, &&str)| part == known || known.starts_with('<') && !part.is_empty();
+    parts.len() == known.len() && parts.iter().zip(&known).all(fits)
 }
 
 fn is_typed(kind: &str, documented: &str) -> bool {
@@ -168,7 +168,18 @@ fn is_typed(kind: &str, documented: &str) -> bool {
 #[test]
 fn the_propagator_has_what_is_documented() {
     let world = World::new();
-    let scene = format!("scene:={}", scene("docking_corridor").display());
+    let scene = edited(&world, "tumbling_target", &[]);
+    let of = |kind: &str, keys: &str| {
+        format!(
+            "[[bodies.sensors]]\nname = \"a_{kind}\"\nkind = \"{kind}\"\nperiod = 1.0\n{keys}\n"
+        )
+    };
+    let sensors = of("imu", "") + &of("star_tracker", "") + &of("gnss", "");
+    let sensors = sensors + &of("relative_pose", "target = \"satellite\"");
+    // They belong to the last body, the chaser.
+    let text = fs::read_to_string(&scene).unwrap() + &sensors;
+    fs::write(&scene, text).unwrap();
+    let scene = format!("scene:={}", scene.display());
     let propagator = world.node("propagator", &[&scene, "clock:=true"]);
     let page = Page::of("propagator").by_default();
     page.is_of(&world, &propagator, "/lgvi_propagator");

@@ -59,6 +59,7 @@ mod scenes;
 mod schema;
 #[cfg(feature = "security")]
 mod security;
+mod sensors;
 mod shutdown;
 mod stalls;
 mod suspended;

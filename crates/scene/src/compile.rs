@@ -9,6 +9,7 @@ mod frame;
 mod maneuver;
 mod polyhedron;
 mod run;
+mod sensors;
 mod state;
 mod wheels;
 
@@ -68,6 +69,7 @@ impl Scene {
             frames: Vec::new(),
             gravity,
             docking: Vec::new(),
+            sensors: Vec::new(),
             maneuver: None,
             disturbance: None,
             ensemble: None,
@@ -79,6 +81,7 @@ impl Scene {
         check_si(&scene)?;
         run::check_end(&scene)?;
         scene.frames = frame::frames(&scene, &file.frames)?;
+        scene.sensors = sensors::sensors(&scene, &file.bodies, file.run.sensor_seed)?;
         scene.docking = docking::dockings(&scene, &file.docking)?;
         wheels::check_run(&scene)?;
         if let Some(file) = &file.maneuver {

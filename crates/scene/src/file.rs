@@ -6,6 +6,7 @@ mod docking;
 mod ensemble;
 mod frame;
 mod maneuver;
+mod sensor;
 
 use serde::Deserialize;
 
@@ -21,6 +22,8 @@ pub(crate) use maneuver::{
     ActuatorFile, DynamicsFile, FinalTimeFile, ManeuverFile, MotionFile, ReplanFile, SearchFile,
     SolverFile, SolverMethodFile, TargetFile, WeightFile,
 };
+
+pub(crate) use sensor::{ExclusionFile, InertialErrorsFile, SensorFile};
 
 use crate::chosen::ChosenFile;
 use crate::gravity::GravityFile;
@@ -112,6 +115,9 @@ pub(crate) struct RunFile {
     pub subdivide: u32,
     /// Terms to skip: "nothing", "exact" (those that change only rounding), or { tolerance = 1e-9 }.
     pub skip: Option<SkipFile>,
+    /// Seed of the errors of all sensors that have no `seed` of their own.
+    #[serde(default)]
+    pub sensor_seed: u64,
 }
 
 #[derive(Deserialize)]

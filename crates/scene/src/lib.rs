@@ -51,12 +51,15 @@ mod gravity;
 mod integrator;
 mod maneuver;
 mod miss;
+mod mount;
+mod noise;
 mod numbers;
 mod orbit;
 mod position;
 mod resolution;
 mod scene;
 mod schema;
+mod sensor;
 mod shape;
 mod suggestion;
 mod units;
@@ -70,8 +73,14 @@ pub use frame::Frame;
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
 pub use integrator::{Integration, Scheme, Skipping};
 pub use maneuver::{FinalTime, Maneuver, Replan, Search, Solver, SolverMethod};
+pub use mount::Mount;
+pub use noise::{Process, Stream};
 pub use resolution::{Energies, Rates};
 pub use scene::{NamedBody, Publishing, Scene};
 pub use schema::SCHEMA;
+pub use sensor::{
+    Exclusion, Gnss, Imu, InertialErrors, RelativePose, SensitivityErrors, Sensor, SensorKind,
+    StarTracker, Toward,
+};
 pub use shape::Shape;
 pub use units::Units;

@@ -10,7 +10,7 @@ use lgvi_dynamics::{
 
 use crate::{
     Chosen, Disturbance, Ensemble, Frame, Integration, Maneuver, SceneGravity, Scheme, SchemeError,
-    Skipping, Units,
+    Sensor, Skipping, Units,
 };
 
 /// A validated scene. Quantities are in its own units, stamps in nanoseconds since the UNIX epoch.
@@ -52,6 +52,8 @@ pub struct Scene {
     pub frames: Vec<Frame>,
     /// Gravity that acts on the bodies.
     pub gravity: SceneGravity,
+    /// Sensors of the bodies, in the order of these.
+    pub sensors: Vec<Sensor>,
     /// Ports of bodies that dock.
     pub docking: Vec<Docking>,
     /// The maneuver to be planned and flown.
@@ -119,6 +121,9 @@ impl Scene {
         }
         for body in &mut self.bodies {
             body.frame.insert_str(0, prefix);
+        }
+        for sensor in &mut self.sensors {
+            sensor.frame.insert_str(0, prefix);
         }
         self.frame.insert_str(0, prefix);
         self

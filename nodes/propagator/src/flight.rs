@@ -2,7 +2,9 @@ use std::sync::Arc;
 
 use lgvi_dynamics::docking::Docked;
 use lgvi_dynamics::wheels::WheelState;
-use lgvi_dynamics::{BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport};
+use lgvi_dynamics::{
+    BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport, System,
+};
 use lgvi_scene::{ActuatorErrors, Energies, MAX_WHEELS, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
@@ -268,6 +270,11 @@ impl Flight {
     /// The states of all wheels, body by body.
     pub fn wheel_states(&self) -> impl Iterator<Item = WheelState> {
         self.simulation.system().wheel_states()
+    }
+
+    /// The bodies and their gravity.
+    pub fn system(&self) -> &System {
+        self.simulation.system()
     }
 
     /// The bodies' states.

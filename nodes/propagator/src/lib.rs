@@ -24,6 +24,7 @@ mod orders;
 mod pace;
 mod resolution;
 mod run;
+mod sensors;
 mod set_states;
 mod torque;
 mod wrench;

@@ -22,7 +22,7 @@ pub(crate) struct Monitor {
     pub(crate) overruns: AtomicU64,
     /// Samples that subscribers on this host had no room for.
     pub(crate) refused: AtomicU64,
-    /// States that were not handed to the ROS side, which was busy.
+    /// States and measurements that were not handed to the ROS side, which was busy.
     pub(crate) skipped: AtomicU64,
     /// Steps timed since the last report, the time that they took, and the longest (ns).
     timed: AtomicU64,
@@ -162,8 +162,8 @@ impl Monitor {
             )
             .value("overruns", overruns)
             .value("samples refused over shared memory", refused)
-            .value("states not converted for DDS", skipped)
             .value("invariants of step", seen.state.step)
+            .value("states and measurements not converted for DDS", skipped)
             .value(
                 "energy, change (J)",
                 format!("{:e}", (now.energy - start.energy) * units.energy()),

@@ -79,6 +79,7 @@ impl Propagator {
         self.accounted = false;
         self.link.intervene(message, node)?;
         self.set_pace(node);
+        self.sense_again()?;
         self.publish(Wait::Always)
     }
 

@@ -6,7 +6,7 @@ use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
 use lgvi_common::{Docked, Event, FlightReport, FramePrefix, Miss, body_sample};
-use lgvi_dynamics::{BodyState, Invariants, Skip};
+use lgvi_dynamics::{BodyState, Invariants, Skip, StepError};
 use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::Diagnosed;
@@ -28,6 +28,7 @@ use crate::monitor::Monitor;
 use crate::orders::{Order, Orders};
 use crate::pace::Pace;
 use crate::resolution::Resolution;
+use crate::sensors::Sensors;
 use crate::wrench::Terms;
 use crate::{ControlError, Controls};
 
@@ -57,6 +58,7 @@ pub(crate) struct Propagator {
     /// The parameters' generation that `rates` are of.
     generation: u64,
     pub(crate) flight: Flight,
+    pub(crate) sensors: Sensors,
     names: Vec<Name>,
     /// The state that is sent; kept so that sending allocates nothing.
     outgoing: Vec<BodySample>,
@@ -102,7 +104,7 @@ pub(crate) struct Propagator {
     /// When the first step was made.
     began: Instant,
     told: Instant,
-    monitor: Arc<Monitor>,
+    pub(crate) monitor: Arc<Monitor>,
     pub(crate) resolution: Resolution,
     /// What was published has been accounted for, or is being so.
     pub(crate) accounted: bool,
@@ -165,6 +167,7 @@ impl Managed for Propagator {
         let monitor = Arc::new(Monitor::new(&scene));
         let orders = Orders::serve(node, &scene)?;
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
+        let sensors = Sensors::new(&scene, link.listened());
         let cycle = Cycle::read(&node.parameters, &scene, &config.wrenches)?;
         if let (Some(cycle), Some(terms)) = (&cycle, &mut config.terms) {
             *terms = terms.for_steps(cycle.every());
@@ -175,6 +178,7 @@ impl Managed for Propagator {
             start: flight.invariants(),
             resolution: Resolution::new(&scene, &flight),
             flight,
+            sensors,
             names,
             states,
             state_topic,
@@ -240,7 +244,7 @@ impl Propagator {
         while !node.interrupted() {
             self.heed(node)?;
             let held = self.phase == Phase::Flying && self.waits_for_plan(node);
-            let answered = self.phase == Phase::Flying && self.waits_for_command(node);
+            let answered = self.phase == Phase::Flying && self.waits_for_command(node)?;
             match self.phase {
                 Phase::Unattended => self.await_company()?,
                 Phase::Uncommanded => self.await_command(node)?,
@@ -312,6 +316,7 @@ impl Propagator {
         if self.sampled.is_some() {
             return Ok(());
         }
+        self.sense_again()?;
         self.publish(Wait::Always)
     }
 
@@ -398,28 +403,29 @@ impl Propagator {
     }
 
     /// Whether it holds until a controller has answered the present state.
-    fn waits_for_command(&mut self, node: &Node) -> bool {
+    fn waits_for_command(&mut self, node: &Node) -> Result<bool, NodeError> {
         let step = self.flight.step();
         if step == self.scene.steps {
-            return false;
+            return Ok(false);
         }
         let Some(cycle) = &mut self.cycle else {
-            return false;
+            return Ok(false);
         };
         let waited = cycle.waits(&self.scene, step);
         if waited && cycle.is_silent() && self.asked.elapsed() >= PROMPT {
             // Who has come since has not seen it.
             self.asked = Instant::now();
             self.link.repeat(&self.flight);
+            self.sense_again()?;
         }
         if waited {
             self.set_pace(node);
         }
-        waited
+        Ok(waited)
     }
 
     /// Whether a controller is to answer the state of a step.
-    fn is_answered(&self, step: u64) -> bool {
+    pub(crate) fn is_answered(&self, step: u64) -> bool {
         let cycle = self.cycle.as_ref();
         cycle.is_some_and(|cycle| cycle.begins_at(step))
     }
@@ -427,6 +433,7 @@ impl Propagator {
     /// The states have been replaced: what came in answers others.
     pub(crate) fn ask_again(&mut self) {
         self.link.forget_commands();
+        self.sensors.begin(&self.flight);
         if let Some(cycle) = &mut self.cycle {
             cycle.ask_again();
         }
@@ -484,9 +491,12 @@ impl Propagator {
         self.note_silence();
         let step = self.flight.step();
         let timed = self.monitor.times(step, !self.pace.is_free());
-        let report = self.flight.advance().map_err(|error| {
-            NodeError::Runtime(format!("step {step}: {}", self.scene.step_error(&error)))
-        })?;
+        let report = if self.sensors.is_empty() {
+            let made = self.flight.advance();
+            made.map_err(|error| self.step_failed(&error))?
+        } else {
+            self.advance_sensing()?
+        };
         if let Some(began) = timed {
             self.monitor.timed(began.elapsed());
         }
@@ -508,6 +518,12 @@ impl Propagator {
             }
         }
         Ok(())
+    }
+
+    /// The present step cannot be made.
+    pub(crate) fn step_failed(&self, error: &StepError) -> NodeError {
+        let (step, error) = (self.flight.step(), self.scene.step_error(error));
+        NodeError::Runtime(format!("step {step}: {error}"))
     }
 
     /// Publishes the present state where its turn has come, or in any case.
@@ -563,6 +579,7 @@ impl Propagator {
     /// Begins anew at step 0 of the scene.
     pub(crate) fn restart(&mut self) -> Result<(), NodeError> {
         self.flight.reset(&self.scene).map_err(NodeError::runtime)?;
+        self.sensors.begin(&self.flight);
         self.phase = Phase::Uncommanded;
         if let Some(lockstep) = &mut self.lockstep {
             lockstep.begin_anew();

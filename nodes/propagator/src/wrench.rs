@@ -9,7 +9,7 @@ use lgvi_msgs::geometry_msgs::{Vector3 as Components, WrenchStamped};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::{self, StampError};
 use lgvi_scene::Scene;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 use thiserror::Error;
 
 use crate::ForceAxes;
@@ -121,7 +121,9 @@ impl Wrench {
         let (axes, load) = if *frame == scene.frame {
             (ForceAxes::Inertial, load)
         } else {
-            let mount = mount(scene, body, frame).ok_or_else(|| WrenchError::Frame {
+            let own = &scene.bodies[body].frame;
+            let fixed = if frame.is_empty() { own } else { frame };
+            let mount = scene.mount(body, fixed).ok_or_else(|| WrenchError::Frame {
                 found: excerpt(frame),
                 known: frames(scene, body),
             })?;
@@ -206,46 +208,9 @@ fn finite(field: &'static str, vector: &Components) -> Result<Vector3<f64>, Wren
     }
 }
 
-/// Where a frame is fixed in a body, in its axes.
-struct Mount {
-    position: Vector3<f64>,
-    attitude: Matrix3<f64>,
-}
-
-impl Mount {
-    /// A load that acts at the origin of the frame, at the center of mass.
-    fn load(&self, load: &Load) -> Load {
-        let force = self.attitude * load.force;
-        Load {
-            force,
-            moment: self.attitude * load.moment + self.position.cross(&force),
-        }
-    }
-}
-
-/// Where the frame is fixed in the body; `None` where it is elsewhere.
-fn mount(scene: &Scene, body: usize, frame: &str) -> Option<Mount> {
-    let own = &scene.bodies[body].frame;
-    let mut mount = Mount {
-        position: Vector3::zeros(),
-        attitude: Matrix3::identity(),
-    };
-    let mut name = frame;
-    // Parents come before their children.
-    for frame in scene.frames.iter().rev() {
-        if frame.name == name && frame.name != scene.frame {
-            mount.position = frame.position + frame.attitude * mount.position;
-            mount.attitude = frame.attitude * mount.attitude;
-            name = &frame.parent;
-        }
-    }
-    (name.is_empty() || name == own).then_some(mount)
-}
-
 /// The frames in which a wrench on the body may be given.
 fn frames(scene: &Scene, body: usize) -> Vec<String> {
-    let own = [scene.bodies[body].frame.clone(), scene.frame.clone()];
-    let others = scene.frames.iter().map(|frame| frame.name.clone());
-    let mounted = others.filter(|frame| mount(scene, body, frame).is_some());
-    own.into_iter().chain(mounted).collect()
+    let mut frames: Vec<_> = scene.fixed_frames(body).map(str::to_owned).collect();
+    frames.insert(1, scene.frame.clone());
+    frames
 }

@@ -2,6 +2,7 @@ use serde::Deserialize;
 
 use crate::angle::AngleFile;
 use crate::axes::AxesFile;
+use crate::file::SensorFile;
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -42,6 +43,9 @@ pub(crate) struct BodyFile {
     pub attitude: AttitudeFile,
     /// Initial angular velocity relative to these axes, body frame (rad per unit of time); only of a free or pivoted body.
     pub angular_velocity: Option<[f64; 3]>,
+    /// Sensors fixed in the body.
+    #[serde(default)]
+    pub sensors: Vec<SensorFile>,
 }
 
 #[derive(Deserialize)]

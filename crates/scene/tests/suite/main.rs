@@ -20,6 +20,7 @@ mod orbits;
 mod planned;
 mod predicted;
 mod resolution;
+mod sensors;
 mod shapes;
 mod shipped;
 mod skipping;

@@ -6,6 +6,7 @@ mod docking;
 mod gravity;
 mod integrator;
 mod maneuver;
+mod sensors;
 mod skips;
 mod text;
 mod trial;
@@ -26,6 +27,7 @@ use docking::Docking;
 use gravity::Gravity;
 use integrator::Integrator;
 use maneuver::Maneuver;
+use sensors::Sensor;
 use skips::Skips;
 
 /// The command line of `lgvi explain`.
@@ -53,6 +55,7 @@ struct Explanation {
     bodies: Vec<Body>,
     gravity: Gravity,
     docking: Vec<Docking>,
+    sensors: Vec<Sensor>,
     maneuver: Option<Maneuver>,
     /// Seed of the maneuver's disturbance.
     disturbance: Option<u64>,
@@ -88,6 +91,7 @@ impl Explanation {
                 .collect(),
             gravity: Gravity::of(scene),
             docking: Docking::of(scene),
+            sensors: Sensor::of(scene),
             maneuver: Maneuver::of(scene),
             disturbance: scene.disturbance.map(|disturbance| disturbance.seed),
             integrator,

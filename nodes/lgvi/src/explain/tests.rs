@@ -53,6 +53,25 @@ fn a_scene_is_explained_in_si() {
 }
 
 #[test]
+fn sensors_are_explained_in_a_line() {
+    let sensor = r#"angular_velocity = [0, 0, 5]
+    [[bodies.sensors]]
+    name = "gyro"
+    kind = "imu"
+    period = 0.2
+    delay = 0.1
+    seed = 5
+    "#;
+    let explanation = explained("angular_velocity = [0, 0, 5]", sensor);
+    let json = serde_json::to_value(&explanation).unwrap();
+    assert_eq!(json["sensors"][0]["seed"], 5);
+    assert_eq!(json["sensors"][0]["period"], 0.4);
+    let text = explanation.to_string();
+    let said = "\n  sensor      imu gyro of top in frame top, every 0.4 s, 0.2 s late\n";
+    assert!(text.contains(said), "{text}");
+}
+
+#[test]
 fn dockings_are_explained_in_si() {
     let docking = r#"[[bodies]]
     name = "ring"

@@ -31,6 +31,9 @@ impl Display for Explanation {
         for docking in &self.docking {
             write!(f, "\n  docking     {docking}")?;
         }
+        for sensor in &self.sensors {
+            write!(f, "\n  sensor      {sensor}")?;
+        }
         if let Some(maneuver) = &self.maneuver {
             write!(f, "\n  maneuver    {maneuver}")?;
         }

@@ -43,6 +43,13 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
             "sensor_msgs/msg/JointState",
         ));
     }
+    for sensor in &scene.sensors {
+        let (kind, body) = (sensor.kind.name(), &scene.bodies[sensor.body].name);
+        topics.push((
+            format!("/lgvi_propagator/{kind}/{body}/{}", sensor.name),
+            sensor.kind.message_type(),
+        ));
+    }
     if planned {
         topics.extend([
             (

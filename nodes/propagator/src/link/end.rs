@@ -13,6 +13,7 @@ use super::counted::{self, Counts};
 use super::{LinkError, Published, Request, SEQUENCES, Shared, Verdict};
 use crate::command::Command;
 use crate::messages::Snapshot;
+use crate::sensors::{Listened, Reading};
 use crate::{ControlError, Controls, Flight};
 
 /// How often waiting for the thread looks whether the node is to stop.
@@ -36,6 +37,7 @@ pub(crate) struct LinkEnd {
     pub(super) controls: Consumer<Arc<Controls>>,
     pub(super) verdicts: Producer<Verdict>,
     pub(super) commands: Consumer<Command>,
+    pub(super) readings: Producer<Reading>,
     pub(super) requests: mpsc::Sender<Request>,
     pub(super) counts: Vec<Arc<Counts>>,
     pub(super) lossless: Arc<AtomicBool>,
@@ -121,6 +123,23 @@ impl LinkEnd {
         snapshot.take(flight);
         snapshot.again = false;
         self.filled.push(snapshot).is_ok()
+    }
+
+    /// Whether somebody listens to each sensor.
+    pub(crate) fn listened(&self) -> Listened {
+        Arc::clone(&self.shared.listened)
+    }
+
+    /// Hands what a sensor has read to the ROS side; returns `false` where there is no room and it may be dropped.
+    pub(crate) fn sense(&mut self, reading: Reading, wait: Wait) -> bool {
+        let wait = self.lossless.load(Ordering::Relaxed) || wait != Wait::AsConfigured;
+        while self.readings.is_full() {
+            if !wait || self.shutdown.requested() || self.readings.is_abandoned() {
+                return false;
+            }
+            std::thread::sleep(Duration::from_micros(50));
+        }
+        self.readings.push(reading).is_ok()
     }
 
     /// Has the odometry of a state published once more, for those who have come since.
@@ -210,6 +229,7 @@ mod tests {
         let (other_controls, controls) = RingBuffer::new(1);
         let (verdicts, other_verdicts) = RingBuffer::new(1);
         let (other_commands, commands) = RingBuffer::new(1);
+        let (readings, other_readings) = RingBuffer::new(1);
         let (requests, other_requests) = mpsc::channel();
         other_empty.push(Snapshot::new(scene)).unwrap();
         let shared = Arc::new(Shared::default());
@@ -221,6 +241,7 @@ mod tests {
                 other_controls,
                 other_verdicts,
                 other_commands,
+                other_readings,
                 other_requests,
             );
             panic!("as a fault of the ROS side does");
@@ -234,6 +255,7 @@ mod tests {
             controls,
             verdicts,
             commands,
+            readings,
             requests,
             counts: Vec::new(),
             lossless: Arc::new(AtomicBool::new(true)),

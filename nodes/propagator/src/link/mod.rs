@@ -8,6 +8,7 @@ mod commands;
 mod counted;
 mod end;
 mod late;
+mod sensors;
 mod sequences;
 mod service;
 mod settling;
@@ -34,6 +35,7 @@ use crate::ControlError;
 use crate::config::{Config, Rates};
 use crate::messages::Snapshot;
 use crate::monitor::Monitor;
+use crate::sensors::Listened;
 
 pub(crate) use self::end::{LinkEnd, Wait};
 
@@ -45,6 +47,9 @@ const SEQUENCES: usize = 8;
 
 /// Commands on their way to the loop, and back as sequences that are flown.
 const COMMANDS: usize = 256;
+
+/// Readings of sensors on their way to the ROS side, in a scene that has any.
+const READINGS: usize = 1024;
 
 /// What has become of what came in, in the order in which the loop has taken it.
 enum Verdict {
@@ -64,6 +69,8 @@ struct Shared {
     wanted: AtomicBool,
     /// Odometry, tf and invariants have the subscribers that were asked for.
     attended: AtomicBool,
+    /// Sensors that somebody listens to.
+    listened: Listened,
     /// A control sequence was malformed.
     bad_control: OnceLock<ControlError>,
     /// Something that must not be published.
@@ -114,7 +121,13 @@ pub(crate) fn start(
     monitor: &Arc<Monitor>,
 ) -> Result<LinkEnd, NodeError> {
     let lossless = Arc::new(AtomicBool::new(rates.lossless()));
-    let topics = Topics::new(node, scene, config.clock, &lossless)?;
+    let readings = if scene.sensors.is_empty() {
+        0
+    } else {
+        READINGS
+    };
+    let (readings_in, readings_out) = RingBuffer::new(readings);
+    let topics = Topics::new(node, scene, config.clock, &lossless, readings_out)?;
     let counts = topics.counts();
     let (filled_in, filled_out) = RingBuffer::new(SNAPSHOTS);
     let (mut empty_in, empty_out) = RingBuffer::new(SNAPSHOTS);
@@ -124,7 +137,14 @@ pub(crate) fn start(
     for _ in 0..SNAPSHOTS {
         let _ = empty_in.push(Snapshot::new(scene));
     }
-    let shared = Arc::new(Shared::default());
+    let shared = Arc::new(Shared {
+        listened: scene
+            .sensors
+            .iter()
+            .map(|_| AtomicBool::default())
+            .collect(),
+        ..Shared::default()
+    });
     let (requests_in, requests_out) = mpsc::channel();
     let mut link = Link {
         system: scene.system(),
@@ -160,6 +180,7 @@ pub(crate) fn start(
         controls: controls_out,
         verdicts: verdicts_in,
         commands: commands_out,
+        readings: readings_in,
         requests: requests_in,
         counts,
         lossless,

@@ -21,7 +21,7 @@ use super::late::Late;
 use super::sequences::Sequences;
 use super::settling::Settling;
 use super::topics::Topics;
-use super::{Request, SEQUENCES, SNAPSHOTS, Shared, Verdict};
+use super::{READINGS, Request, SEQUENCES, SNAPSHOTS, Shared, Verdict};
 use crate::messages::{self, Snapshot};
 use crate::monitor::Monitor;
 use crate::{ControlError, Controls};
@@ -93,6 +93,7 @@ impl Link {
         loop {
             let wanted = self.topics.wanted() || self.monitor.wanted();
             self.shared.wanted.store(wanted, Ordering::Release);
+            let wanted = self.topics.sensors.wanted(&self.shared.listened) || wanted;
             if self.topics.have_subscribers(await_subscribers) {
                 self.shared.attended.store(true, Ordering::Release);
             }
@@ -113,11 +114,14 @@ impl Link {
                 };
                 idle = false;
                 begun = true;
+                // What sensors have read at its step was handed over before.
+                self.topics.sensors.publish(&self.scene, READINGS);
                 self.publish(&snapshot, &mut sequence);
                 self.monitor.observe(&snapshot);
                 // As many places as snapshots.
                 let _ = self.empty.push(snapshot);
             }
+            idle &= !self.topics.sensors.publish(&self.scene, READINGS);
             if let Some(clock) = self.topics.clock.as_mut().filter(|_| begun) {
                 let step = self.monitor.step.load(Ordering::Relaxed);
                 match request {

@@ -9,13 +9,16 @@ use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_scene::Scene;
+use rtrb::Consumer;
 
 use super::clock::FlightClock;
 use super::counted::{Counted, Counts};
+use super::sensors::SensorTopics;
 use super::settling::Outgoing;
+use crate::sensors::Reading;
 
 /// Depth of the topics that stream.
-const STREAM_DEPTH: usize = 1000;
+pub(super) const STREAM_DEPTH: usize = 1000;
 
 /// Depth of what is flown: a controller may send fifty wrenches a second.
 const FLOWN_DEPTH: usize = 128;
@@ -35,6 +38,7 @@ pub(super) struct Topics {
     pub(super) flown: Counted<ControlSequence>,
     pub(super) intervention: Counted<Intervention>,
     pub(super) clock: Option<FlightClock>,
+    pub(super) sensors: SensorTopics,
 }
 
 impl Topics {
@@ -43,6 +47,7 @@ impl Topics {
         scene: &Scene,
         clock: bool,
         lossless: &Arc<AtomicBool>,
+        readings: Consumer<Reading>,
     ) -> Result<Self, NodeError> {
         let ros = &node.ros;
         let stream = Qos::reliable(STREAM_DEPTH);
@@ -72,6 +77,7 @@ impl Topics {
             flown: Counted::new(ros, "~/flown_control", &Qos::latched(FLOWN_DEPTH), lossless)?,
             intervention: Counted::new(ros, "~/intervention", &Qos::latched(16), lossless)?,
             clock: clock.then(|| FlightClock::new(ros)).transpose()?,
+            sensors: SensorTopics::new(ros, scene, lossless, readings)?,
             state: Counted::new(ros, "~/state", &stream, lossless)?,
             odometry: odometry.collect::<Result<_, _>>()?,
             joints: joints.collect::<Result<_, _>>()?,
@@ -119,6 +125,7 @@ impl Topics {
         ];
         outgoing.extend(self.odometry.iter().map(|topic| topic as &dyn Outgoing));
         outgoing.extend(self.joints.iter().map(|(_, topic)| topic as &dyn Outgoing));
+        outgoing.extend(self.sensors.outgoing());
         outgoing.extend(self.tf_static.iter().map(|topic| topic as &dyn Outgoing));
         outgoing
     }
@@ -136,6 +143,7 @@ impl Topics {
             self.flown.counts(),
             self.intervention.counts(),
         ]);
+        counts.extend(self.sensors.counts());
         counts.extend(self.tf_static.as_ref().map(Counted::counts));
         counts.extend(self.clock.as_ref().map(FlightClock::counts));
         counts

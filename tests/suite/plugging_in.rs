@@ -7,7 +7,7 @@ use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
 use lgvi_msgs::geometry_msgs::{PointStamped, Vector3, Vector3Stamped};
 use lgvi_msgs::msg::{BodyState, ControlSequence, Invariants, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
-use lgvi_msgs::sensor_msgs::JointState;
+use lgvi_msgs::sensor_msgs::{Imu, JointState};
 use lgvi_msgs::std_msgs::Header;
 use lgvi_tests::{Process, Recording, Summary, World, binary, eventually, fast_dds, root, scene};
 use serde::Deserialize;

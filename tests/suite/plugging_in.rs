@@ -227,15 +227,8 @@ fn a_controller_on_rclpy_stops_the_rotation_in_lockstep() {
     world.verify_agrees(&world.path("flight"), 10_001);
 }
 
-/// A quarter turn about y. The second wheel saturates on the way.
-#[test]
-fn a_controller_on_rclpy_turns_a_satellite_by_its_wheels() {
-    let world = World::new();
-    let node = world.ros_python(&example("python_ros/wheel_slew.py"), &[]);
-    let arguments = ["--await-wheels", "satellite", "--control-period", "0.1"];
-    let flight = world.start_flight(&scene("wheel_slew"), "flight", &arguments);
-    let bag = flown(flight, &world.path("flight"));
-    node.stop().expect(0);
+/// A quarter turn about y has been made. The second wheel saturates on the way.
+fn slewed(world: &World, bag: &Recording) {
     let state = bag.messages::<SystemState>(STATE);
     let last = state.iter().max_by_key(|state| state.step).unwrap();
     let quarter = [0.0, 0.0, 1.0, 0.0, 1.0, 0.0, -1.0, 0.0, 0.0];
@@ -244,12 +237,35 @@ fn a_controller_on_rclpy_turns_a_satellite_by_its_wheels() {
     let miss = miss.fold(0.0, f64::max);
     assert!(miss < 0.02, "{miss}: {last:?}");
     let joints = bag.messages::<JointState>("/lgvi_propagator/joint_states/satellite");
-    let most = |wheel: usize| {
-        let speeds = joints.iter().map(|state| state.velocity[wheel].abs());
-        speeds.fold(0.0, f64::max)
-    };
-    assert!(most(1) > 599.0 && most(1) < 601.0, "{}", most(1));
+    let speeds = joints.iter().map(|state| state.velocity[1].abs());
+    let most = speeds.fold(0.0, f64::max);
+    assert!(most > 599.0 && most < 601.0, "{most}");
     world.verify_agrees(&world.path("flight"), 6001);
+}
+
+#[test]
+fn a_controller_on_rclpy_turns_a_satellite_by_its_wheels() {
+    let world = World::new();
+    let node = world.ros_python(&example("python_ros/wheel_slew.py"), &[]);
+    let arguments = ["--await-wheels", "satellite", "--control-period", "0.1"];
+    let flight = world.start_flight(&scene("wheel_slew"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+    node.stop().expect(0);
+    slewed(&world, &bag);
+}
+
+#[test]
+fn a_controller_in_rust_turns_a_satellite_by_its_wheels() {
+    let world = World::new();
+    let command = world.command(&binary("examples/wheel_controller"));
+    let node = world.start("wheel_controller", command);
+    let arguments = ["--await-wheels", "satellite"];
+    let flight = world.start_flight(&scene("wheel_slew"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+    node.stop().expect(0);
+    slewed(&world, &bag);
+    let gyro = bag.messages::<Imu>("/lgvi_propagator/imu/satellite/gyro");
+    assert_eq!(gyro.len(), 6001);
 }
 
 #[test]

@@ -305,6 +305,14 @@ impl RigidBody {
         self.wheels.as_deref()
     }
 
+    /// The inertia with locked wheels, which without wheels is [`inertia`](Self::inertia).
+    pub fn locked_inertia(&self) -> Inertia {
+        let with =
+            |wheels: &Wheels| Inertia::new(self.inertia.matrix() + wheels.axial_inertia()).ok();
+        let locked = self.wheels().and_then(with);
+        locked.unwrap_or_else(|| self.inertia.clone())
+    }
+
     /// The reaction wheels, to set their states and commands.
     pub fn wheels_mut(&mut self) -> Option<&mut Wheels> {
         self.wheels.as_deref_mut()

@@ -185,9 +185,10 @@ impl Simulation {
         for (body, state) in self.system.bodies_mut().iter_mut().zip(&mut self.states) {
             begin.momenta.push(state.angular_momentum);
             let rate = state.angular_velocity(body);
+            let inverse = *body.inertia().inverse();
             if let Some(wheels) = body.wheels_mut() {
                 begin.states.extend_from_slice(wheels.states());
-                state.angular_momentum += wheels.begin_step(&rate, h);
+                state.angular_momentum += wheels.begin_step(&rate, &inverse, h);
                 begin.torques |= wheels.states().iter().any(|wheel| wheel.torque != 0.0);
             }
         }
@@ -218,6 +219,11 @@ impl Simulation {
         }
         self.wheels = Some(begin);
         made
+    }
+
+    /// Sets the states of all wheels, body by body.
+    pub fn set_wheel_states(&mut self, states: &[WheelState]) {
+        self.system.set_wheel_states(states);
     }
 
     /// Sets the torques that the motors of a body's wheels are asked for from the next step on, one per wheel. Without

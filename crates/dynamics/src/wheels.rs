@@ -18,13 +18,13 @@ use thiserror::Error;
 pub struct ReactionWheel {
     /// Axis `a`, body frame; normalized by [`Wheels::new`].
     pub axis: Vector3<f64>,
-    /// Inertia `I` about the axis, > 0.
+    /// Inertia `I` about the axis, 1e-100 to 1e100.
     pub inertia: f64,
     /// Largest torque of the motor, > 0, or infinity.
     pub max_torque: f64,
     /// Speed above which the motor does not accelerate the wheel, > 0, or infinity.
     pub max_speed: f64,
-    /// Viscous friction `d ≥ 0`: the bearing's torque is `−d ω`.
+    /// Viscous friction `d ≥ 0`: the bearing's torque is `−d ω`. Steps backwards in time do not retrace friction.
     pub viscous_friction: f64,
     /// Coulomb friction `c ≥ 0`: the bearing's torque is `−c sign ω`, and at rest whatever keeps the wheel at rest up to
     /// `c`.
@@ -98,8 +98,8 @@ impl ReactionWheel {
             (
                 "the inertia",
                 self.inertia,
-                self.inertia.is_finite() && self.inertia > 0.0,
-                "a finite number > 0",
+                (1e-100..=1e100).contains(&self.inertia),
+                "1e-100 to 1e100",
             ),
             (
                 "the largest torque",
@@ -139,11 +139,11 @@ impl ReactionWheel {
     }
 
     /// The torque on a wheel of speed `ω` over a step of length `h`, for a torque that its motor is asked for: the mean of
-    /// the motor and the bearing. Viscous friction is that of the mean speed. Coulomb friction stops the wheel but does not
-    /// reverse it. The change of the body's rate within the step is neglected in both.
-    fn torque(&self, command: f64, speed: f64, h: f64) -> f64 {
+    /// the motor and the bearing. The torque changes the relative speed by `per_torque` in a unit of time. Viscous friction
+    /// is that of the mean speed. Coulomb friction stops the wheel but does not reverse it.
+    fn torque(&self, command: f64, speed: f64, per_torque: f64, h: f64) -> f64 {
         let command = command.clamp(-self.max_torque, self.max_torque);
-        let per_inertia = h / self.inertia;
+        let per_inertia = h * per_torque;
         let viscous = 0.5 * per_inertia * self.viscous_friction;
         let mut next = ((1.0 - viscous) * speed + per_inertia * command) / (1.0 + viscous);
         let grip = per_inertia.abs() * self.coulomb_friction;
@@ -233,6 +233,12 @@ impl Wheels {
             .sum()
     }
 
+    /// Returns true if a bearing has friction.
+    pub fn have_friction(&self) -> bool {
+        let mut wheels = self.wheels.iter();
+        wheels.any(|wheel| wheel.viscous_friction > 0.0 || wheel.coulomb_friction > 0.0)
+    }
+
     /// `Σ I a aᵀ`, which the inertia of a body with its wheels locked has more than the rest of it.
     pub(crate) fn axial_inertia(&self) -> Matrix3<f64> {
         let each = self.wheels.iter();
@@ -240,12 +246,24 @@ impl Wheels {
             .sum()
     }
 
-    /// Finds the torques over a step of length `h` that begins with this angular velocity, body frame, and makes their
-    /// first half of the change of the momenta. Returns the impulse that the body receives at once.
-    pub(crate) fn begin_step(&mut self, angular_velocity: &Vector3<f64>, h: f64) -> Vector3<f64> {
+    /// Finds the torques over a step of length `h` that begins with this angular velocity, and makes their first half of the
+    /// change of the momenta. Returns the impulse that the body receives at once, whose inertia has the given inverse. All
+    /// in the body frame.
+    ///
+    /// # Assumptions and limitations
+    /// Friction and the limit of speed take the body's reaction to the wheel's own torque into account, but neither the
+    /// torques of other wheels nor the other changes of the body's rate within the step.
+    pub(crate) fn begin_step(
+        &mut self,
+        angular_velocity: &Vector3<f64>,
+        inverse: &Matrix3<f64>,
+        h: f64,
+    ) -> Vector3<f64> {
         for index in 0..self.wheels.len() {
             let speed = self.speed(index, angular_velocity);
-            let torque = self.wheels[index].torque(self.commands[index], speed, h);
+            let wheel = &self.wheels[index];
+            let per_torque = wheel.inertia.recip() + wheel.axis.dot(&(inverse * wheel.axis));
+            let torque = wheel.torque(self.commands[index], speed, per_torque, h);
             let state = &mut self.states[index];
             state.torque = torque;
             state.angle += 0.5 * h * speed;

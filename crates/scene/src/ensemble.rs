@@ -139,6 +139,17 @@ impl Deviation {
             state.attitude *= exp(&self.attitude);
         }
         state.angular_momentum += body.inertia().matrix() * self.angular_velocity;
+        if let Some(wheels) = nominal.body.wheels() {
+            let [before, after] = [
+                nominal.state.angular_velocity(&nominal.body),
+                state.angular_velocity(&body),
+            ];
+            let count = wheels.wheels().len();
+            let speeds: Vec<_> = (0..count).map(|k| wheels.speed(k, &before)).collect();
+            if let Some(wheels) = body.wheels_mut() {
+                wheels.set_speeds(&speeds, &after);
+            }
+        }
         Ok((body, state))
     }
 }

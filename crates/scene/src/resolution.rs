@@ -4,6 +4,7 @@
 use std::f64::consts::TAU;
 
 use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::wheels::Wheels;
 use lgvi_dynamics::{BodyState, Invariants, Method, Mobility, System};
 use nalgebra::Vector3;
 
@@ -142,7 +143,7 @@ impl Scene {
 
     /// Returns a warning if the energy of a flight without controls has changed by more than sound steps allow.
     pub fn changed_energy(&self, [start, end]: [Energies; 2]) -> Option<String> {
-        if self.is_driven() {
+        if self.is_driven() || self.has_friction() {
             return None;
         }
         let change = end.total() - start.total();
@@ -170,6 +171,12 @@ impl Scene {
     fn is_driven(&self) -> bool {
         let mut bodies = self.bodies.iter();
         bodies.any(|named| matches!(named.body.mobility(), Mobility::Driven(_)))
+    }
+
+    /// Returns true if bearings of wheels take energy out.
+    fn has_friction(&self) -> bool {
+        let mut wheels = self.bodies.iter().filter_map(|named| named.body.wheels());
+        wheels.any(Wheels::have_friction)
     }
 
     fn substep(&self, scheme: Scheme) -> f64 {

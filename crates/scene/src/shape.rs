@@ -69,7 +69,7 @@ fn spheres(body: &RigidBody, points: &[PointMass]) -> Shape<'static> {
     let of_points = points
         .iter()
         .map(|point| 2.0 * point.mass * point.position.norm_squared());
-    let own = body.inertia().matrix().trace() - of_points.sum::<f64>();
+    let own = body.locked_inertia().matrix().trace() - of_points.sum::<f64>();
     let radius = (5.0 / 6.0 * own.max(0.0) / body.mass()).sqrt();
     Shape::Spheres {
         radius: radius.max(LEAST * reach(&centers)),
@@ -86,7 +86,7 @@ fn ellipsoid(body: &RigidBody) -> Shape<'static> {
         .iter()
         .map(|point| point.mass * point.position);
     let center = moments.sum::<Vector3<f64>>() / mass;
-    let about_center = body.inertia().nonstandard() - mass * center * center.transpose();
+    let about_center = body.locked_inertia().nonstandard() - mass * center * center.transpose();
     let Some(eigen) = symmetric_eigen(&about_center) else {
         return Shape::Spheres {
             centers: vec![center],

@@ -57,13 +57,14 @@ pub enum ControlError {
     },
     /// Torques of wheels that do not fit the body's wheels or the other fields.
     #[error(
-        "`wheel_torque` has {found} numbers for {intervals} intervals, expected {wheels} an interval, one for each wheel of {body:?}"
+        "`wheel_torque` has {found} numbers, expected one for each of the {wheels} wheels of {body:?} in each {}",
+        intervals.map_or_else(|| "interval".into(), |count| format!("of {count} intervals"))
     )]
     Wheels {
         /// Numbers in the sequence.
         found: usize,
-        /// Intervals in it.
-        intervals: usize,
+        /// Intervals of the other fields, if these are not empty.
+        intervals: Option<usize>,
         /// Wheels of the body.
         wheels: usize,
         /// The body.
@@ -343,15 +344,16 @@ fn torques(
     if !fits {
         return Err(ControlError::Wheels {
             found,
-            intervals: loads,
+            intervals: (loads > 0).then_some(loads),
             wheels,
             body: scene.bodies[body].name.clone(),
         });
     }
     let each = message.wheel_torque.iter().enumerate();
     each.map(|(index, &value)| {
-        if value.is_finite() {
-            Ok(value / scene.units.energy())
+        let torque = value / scene.units.energy();
+        if torque.is_finite() {
+            Ok(torque)
         } else {
             Err(ControlError::Torque { index, value })
         }

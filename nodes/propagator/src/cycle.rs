@@ -41,7 +41,7 @@ impl Cycle {
             wrenches.contains(&index)
         })?;
         let on_wheels = named(parameters, scene, "await_wheels", |index| {
-            !scene.bodies[index].wheels.is_empty()
+            wrenches.contains(&index) && !scene.bodies[index].wheels.is_empty()
         })?;
         let on_bodies = on_bodies.into_iter().map(Target::Body);
         let targets: Vec<_> = on_bodies

@@ -98,20 +98,24 @@ impl Flight {
             return Err(ControlError::Beyond { first_step, steps });
         }
         let channels = self.channels(&controls);
-        let replaced = |earlier: &&Arc<Controls>| earlier.first_step >= first_step;
-        let mut kept = 0;
-        for (channel, accepted) in self.accepted.iter_mut().enumerate() {
-            let is_new = channels.contains(&Some(channel));
-            if is_new {
-                drop_past(accepted, self.simulation.step());
-            }
-            let stays = |earlier: &&Arc<Controls>| !(is_new && replaced(earlier));
-            if is_new && accepted.iter().filter(stays).count() >= SEQUENCES {
+        let replaced = |earlier: &Arc<Controls>| earlier.first_step >= first_step;
+        for channel in channels.into_iter().flatten() {
+            let accepted = &mut self.accepted[channel];
+            drop_past(accepted, self.simulation.step());
+            if accepted.iter().filter(|one| !replaced(one)).count() >= SEQUENCES {
                 return Err(ControlError::TooMany { limit: SEQUENCES });
             }
-            kept += accepted
-                .iter()
-                .filter(stays)
+        }
+        let mut kept = 0;
+        for (channel, accepted) in self.accepted.iter().enumerate() {
+            let is_new = channels.contains(&Some(channel));
+            let others = channel.checked_sub(self.wheels.len());
+            let others = others.map_or(&[][..], |body| &self.accepted[body]);
+            // One for the body and its wheels is there twice.
+            let counts = |one: &Arc<Controls>| !others.iter().any(|other| Arc::ptr_eq(one, other));
+            let stay = accepted.iter().filter(|one| !(is_new && replaced(one)));
+            kept += stay
+                .filter(|one| counts(one))
                 .map(|one| one.size())
                 .sum::<usize>();
         }
@@ -173,6 +177,7 @@ impl Flight {
         let mut all = self.simulation.states().to_vec();
         states.write(&mut all);
         let mut trial = scene.simulation_from(all, self.scheme)?;
+        trial.set_wheel_states(&self.wheel_states().collect::<Vec<_>>());
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
         let wheels = WheelCommands {

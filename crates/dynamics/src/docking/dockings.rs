@@ -30,7 +30,7 @@ impl Dockings {
     /// Creates the dockings of the bodies of `system`, none of which are joined yet.
     ///
     /// # Errors
-    /// Returns an error if the ports of a docking are not on two different free bodies without wheels, or if the method does not support
+    /// Returns an error if the ports of a docking are not on two different free bodies, a body has wheels, or if the method does not support
     /// the gravity of parts.
     pub(crate) fn new(
         (system, states): (&System, &[BodyState]),
@@ -42,12 +42,14 @@ impl Dockings {
             let [one, other] = ports.map(|port| port.body);
             let free = |body: &usize| {
                 let body = system.bodies().get(*body);
-                body.is_some_and(|body| {
-                    *body.mobility() == Mobility::Free && body.wheels().is_none()
-                })
+                body.is_some_and(|body| *body.mobility() == Mobility::Free)
             };
+            let wheeled = system
+                .bodies()
+                .iter()
+                .position(|body| body.wheels().is_some());
             let unfit = [one, other].into_iter().find(|body| !free(body));
-            if let Some(body) = unfit.or((one == other).then_some(one)) {
+            if let Some(body) = unfit.or((one == other).then_some(one)).or(wheeled) {
                 return Err(MethodError::Docking { docking, body });
             }
         }

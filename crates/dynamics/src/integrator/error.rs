@@ -230,9 +230,9 @@ pub enum MethodError {
         /// Greatest supported ratio.
         limit: f64,
     },
-    /// The ports of a docking are not on two different free bodies without wheels.
+    /// The ports of a docking are not on two different free bodies, or a body has wheels.
     #[error(
-        "docking {docking}: its ports are on two different free bodies without wheels, which body {body} is not"
+        "docking {docking}: its ports are on two different free bodies, in a system without reaction wheels: not so body {body}"
     )]
     Docking {
         /// Index of the docking, from 0.

@@ -96,11 +96,11 @@ pub(super) struct WheeledRotation<T> {
 
 /// The rotors of gyrostats.
 pub(super) trait GyrostatRotation: BodyRotation {
-    /// The rotation over `h` from the total momentum, and the number of iterations.
+    /// The rotation over `h` from the momentum `Π`, and the number of iterations.
     fn of(
         gyrostat: &Gyrostat,
         h: f64,
-        total: &Vector3<f64>,
+        momentum: &Vector3<f64>,
     ) -> Result<(Quaternion, u32), Unsolvable>;
 }
 
@@ -108,9 +108,9 @@ impl GyrostatRotation for DiscreteRotation<f64> {
     fn of(
         gyrostat: &Gyrostat,
         h: f64,
-        total: &Vector3<f64>,
+        momentum: &Vector3<f64>,
     ) -> Result<(Quaternion, u32), Unsolvable> {
-        gyrostat.discrete(h, total)
+        gyrostat.discrete(h, momentum)
     }
 }
 
@@ -118,9 +118,9 @@ impl GyrostatRotation for FreeRotation {
     fn of(
         gyrostat: &Gyrostat,
         h: f64,
-        total: &Vector3<f64>,
+        momentum: &Vector3<f64>,
     ) -> Result<(Quaternion, u32), Unsolvable> {
-        Ok((gyrostat.exact(h, total)?, 0))
+        Ok((gyrostat.exact(h, momentum)?, 0))
     }
 }
 
@@ -154,8 +154,8 @@ impl<T: GyrostatRotation> BodyRotation for WheeledRotation<T> {
         let Some(gyrostat) = &self.gyrostat else {
             return self.plain.carry_any(state, h, solutions);
         };
+        let (rotation, iterations) = T::of(gyrostat, h, &state.angular_momentum)?;
         let total = state.angular_momentum + gyrostat.stored;
-        let (rotation, iterations) = T::of(gyrostat, h, &total)?;
         let (attitude, total) = rotation.carry(&state.attitude, &total);
         state.attitude = attitude;
         state.angular_momentum = total - gyrostat.stored;

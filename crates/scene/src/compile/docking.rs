@@ -85,10 +85,6 @@ fn port(key: &str, scene: &Scene, file: &PortFile) -> Result<Port, SceneError> {
         let expected = "a free body: others do not move with what docks to them";
         return Err(SceneError::value(key("body"), &file.body, expected));
     }
-    if scene.bodies[body].body.wheels().is_some() {
-        let expected = "a body without `wheels`, which docking does not know";
-        return Err(SceneError::value(key("body"), &file.body, expected));
-    }
     let axis = check::vector(&key("axis"), file.axis)?;
     let axis = axis.try_normalize(0.0).ok_or_else(|| {
         let expected = "a direction, three numbers that are not all 0";

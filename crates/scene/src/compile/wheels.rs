@@ -81,11 +81,15 @@ fn one(key: &str, file: &WheelFile) -> Result<ReactionWheel, SceneError> {
     Ok(wheel)
 }
 
-/// Pilot flights do not know wheels.
+/// Pilot flights do not know wheels, nor do joined bodies.
 pub(super) fn check_run(scene: &Scene) -> Result<(), SceneError> {
     let mut bodies = scene.bodies.iter();
     if !bodies.any(|named| named.body.wheels().is_some()) {
         return Ok(());
+    }
+    if !scene.docking.is_empty() {
+        let expected = "none in a scene in which bodies have `wheels`";
+        return Err(SceneError::value("docking", scene.docking.len(), expected));
     }
     if matches!(scene.integration, Integration::Auto { .. }) {
         let expected = "the name of an integrator beside `wheels`, which `auto` does not know";

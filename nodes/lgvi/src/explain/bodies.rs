@@ -7,6 +7,8 @@ use serde::Serialize;
 pub(super) struct Body {
     pub(super) name: String,
     pub(super) kind: &'static str,
+    /// Names of its reaction wheels.
+    pub(super) wheels: Vec<String>,
     pub(super) mobility: &'static str,
     pub(super) distribution: String,
     /// How the scene gives the initial state, unless by numbers in the inertial frame.
@@ -35,7 +37,8 @@ impl Body {
             attitude: std::array::from_fn(|i| std::array::from_fn(|j| attitude[(i, j)])),
             angular_velocity: (state.angular_velocity(body) / units.time).into(),
             name: named.name.clone(),
-            kind: kind(named.body.inertia()),
+            kind: kind(&named.body.locked_inertia()),
+            wheels: named.wheels.clone(),
             mobility: match named.body.mobility() {
                 Mobility::Free => "free",
                 Mobility::Pivoted => "pivoted",

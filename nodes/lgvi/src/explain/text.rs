@@ -19,6 +19,10 @@ impl Display for Explanation {
                 "\n  body        {}: {}, {}, {}",
                 body.name, body.kind, body.mobility, body.distribution
             )?;
+            if !body.wheels.is_empty() {
+                let wheels = body.wheels.join(", ");
+                write!(f, "\n  wheels      of {}: {wheels}", body.name)?;
+            }
             if let Some(given) = &body.given {
                 write!(
                     f,

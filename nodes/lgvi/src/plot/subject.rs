@@ -40,7 +40,9 @@ impl Subject {
         {
             return Self::Moving;
         }
-        let free = scene.gravity.is_none() && *body.body.mobility() == Mobility::Free;
+        let free = scene.gravity.is_none()
+            && *body.body.mobility() == Mobility::Free
+            && body.body.wheels().is_none();
         let turns = poses().all(|pose| pose.spin != Vector3::zeros());
         if free && turns && !flight.is_disturbed() {
             Self::Tumbling

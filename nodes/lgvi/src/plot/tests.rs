@@ -50,6 +50,7 @@ const SHIPPED: [Shipped; 17] = [
     scene!("slew_keep_out", Some((0, TURN))),
     scene!("tumbling_target", Some((1, PUSH))),
     scene!("two_dumbbells", None),
+    scene!("wheel_slew", None),
 ];
 
 impl Shipped {

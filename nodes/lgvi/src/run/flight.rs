@@ -85,9 +85,12 @@ pub(crate) fn fly(
             list("await_wrench", &options.await_wrench),
             list("await_wheels", &options.await_wheels),
         ];
-        for bodies in awaited.into_iter().flatten() {
+        if awaited.iter().any(Option::is_some) {
             let period = format!("control_period:={:?}", options.control_period);
-            propagator.extend(["-p".into(), bodies, "-p".into(), period]);
+            propagator.extend(["-p".into(), period]);
+        }
+        for bodies in awaited.into_iter().flatten() {
+            propagator.extend(["-p".into(), bodies]);
         }
         let lockstep = planned && factor == 0.0 && replans(scene);
         let lockstep = format!("lockstep:={lockstep}");

@@ -11,7 +11,7 @@ mod summary;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use clap::Args;
+use clap::{ArgGroup, Args};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::{NodeError, complain};
 use lgvi_scene::Chosen;
@@ -27,6 +27,7 @@ use crate::values;
 
 /// The command line of `lgvi run`.
 #[derive(Args)]
+#[command(group = ArgGroup::new("awaited").multiple(true).args(["await_wrench", "await_wheels"]))]
 pub(crate) struct Options {
     #[command(flatten)]
     input: SceneInput,
@@ -44,10 +45,10 @@ pub(crate) struct Options {
     no_planner: bool,
     /// Fly in lockstep with a controller: wait at the beginning of each control period for its wrench on this body; can be
     /// repeated.
-    #[arg(long, value_name = "BODY", group = "awaited")]
+    #[arg(long, value_name = "BODY")]
     await_wrench: Vec<String>,
     /// The same for torques of the wheels of this body.
-    #[arg(long, value_name = "BODY", group = "awaited")]
+    #[arg(long, value_name = "BODY")]
     await_wheels: Vec<String>,
     /// Control period with --await-wrench or --await-wheels, a whole number of steps.
     #[arg(long, value_name = "SECONDS", value_parser = values::rate, requires = "awaited", default_value_t = 0.02)]

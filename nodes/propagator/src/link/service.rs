@@ -196,6 +196,9 @@ impl Link {
                 topic.send(&message);
             }
         }
+        if snapshot.again {
+            return;
+        }
         self.system.set_wheel_states(&snapshot.wheels);
         for (body, topic) in &mut topics.joints {
             if topic.wanted()
@@ -203,9 +206,6 @@ impl Link {
             {
                 topic.send(&message);
             }
-        }
-        if snapshot.again {
-            return;
         }
         if topics.tf.wanted()
             && let Ok(message) = messages::transforms(scene, snapshot)

@@ -1,6 +1,8 @@
 use lgvi_lie::exp;
+use nalgebra::Vector3;
 
 use crate::integrator::{Integrator, StepError, StepReport, accept};
+use crate::wheels::Wheels;
 use crate::{BodyState, Load, Mobility, RigidBody, System};
 
 /// The Crouch–Grossman method of second order with the coefficients of the explicit midpoint rule, the paper's "LGM"
@@ -47,7 +49,8 @@ impl CrouchGrossman {
             Mobility::Driven(drive) => return drive.advance(body, state, t),
         };
         let omega = rate.angular_velocity(body);
-        let moment = rate.angular_momentum.cross(&omega) + load.moment;
+        let stored = body.wheels().map_or_else(Vector3::zeros, Wheels::momentum);
+        let moment = (rate.angular_momentum + stored).cross(&omega) + load.moment;
         BodyState {
             position: state.position + t * velocity,
             linear_momentum: state.linear_momentum + t * force,

@@ -15,9 +15,10 @@ const FEATURES: &[&str] = &[
     "lgvi_middleware/zenoh",
 ];
 
-const PROGRAMS: [&str; 7] = [
+const PROGRAMS: [&str; 8] = [
     "examples/fly",
     "examples/own_node",
+    "examples/wheel_controller",
     "lgvi",
     "lgvi_propagator",
     "lgvi_planner",

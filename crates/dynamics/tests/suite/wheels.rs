@@ -261,10 +261,10 @@ fn the_energy_of_coasting_wheels_stays_bounded() {
     }
 }
 
-/// An axisymmetric body with a wheel on its axis precesses uniformly: `Ω₁ + i Ω₂` turns at `((J₃ − J₁) Ω₃ + h)/J₁`, where
+/// An axisymmetric body with a wheel on its axis has a uniform precession: `Ω₁ + i Ω₂` turns at `((J₃ − J₁) Ω₃ + h)/J₁`, where
 /// `J` is the inertia without the wheel's about its axis.
 #[test]
-fn a_dual_spin_body_precesses_as_the_closed_form_says() {
+fn the_precession_of_a_dual_spin_body_is_that_of_the_closed_form() {
     let wheel = ReactionWheel::new(Vector3::z(), 0.01);
     let locked = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, 1.5));
     let craft = Craft {

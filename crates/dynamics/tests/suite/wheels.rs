@@ -58,20 +58,20 @@ impl Craft {
     }
 
     fn wheels(&self) -> Wheels {
-        let mut wheels = Wheels::new(self.wheels.clone()).unwrap();
+        let mut wheels = Wheels::new(self.wheels.clone()).expect("valid");
         wheels.set_speeds(&self.speeds, &self.rate);
         wheels
     }
 
     fn body(&self, points: Vec<PointMass>) -> RigidBody {
-        let body = RigidBody::new(2.0, Inertia::new(self.locked).unwrap(), points).unwrap();
-        body.with_wheels(self.wheels()).unwrap()
+        let body = RigidBody::new(2.0, Inertia::new(self.locked).expect("valid"), points).unwrap();
+        body.with_wheels(self.wheels()).expect("valid")
     }
 
     fn simulation(&self, method: Method, h: f64) -> Simulation {
         let body = self.body(vec![]);
         let state = self.state(&body, Vector3::zeros(), Vector3::zeros());
-        Simulation::new(System::new(vec![body], vec![]), vec![state], method, h).unwrap()
+        Simulation::new(System::new(vec![body], vec![]), vec![state], method, h).expect("valid")
     }
 
     fn state(&self, body: &RigidBody, x: Vector3<f64>, v: Vector3<f64>) -> BodyState {
@@ -112,7 +112,7 @@ impl Craft {
             let mut right = DVector::zeros(3 + count);
             right.rows_mut(0, 3).copy_from(&-rate.cross(&momentum));
             right.rows_mut(3, count).copy_from_slice(torques);
-            let accelerations = solver.solve(&right).unwrap();
+            let accelerations = solver.solve(&right).expect("valid");
             let r = Matrix3::from_column_slice(&y.as_slice()[3 + count..]);
             let turning = r * rate.cross_matrix();
             let mut all = DVector::zeros(y.len());
@@ -142,7 +142,7 @@ impl Craft {
 
 fn fly(simulation: &mut Simulation, steps: u32) {
     for _ in 0..steps {
-        simulation.advance(&[Load::default()]).unwrap();
+        simulation.advance(&[Load::default()]).expect("valid");
     }
 }
 
@@ -150,7 +150,7 @@ fn fly(simulation: &mut Simulation, steps: u32) {
 fn found(simulation: &Simulation) -> (Vector3<f64>, Matrix3<f64>, Vec<f64>) {
     let (body, state) = (&simulation.system().bodies()[0], &simulation.states()[0]);
     let rate = state.angular_velocity(body);
-    let wheels = body.wheels().unwrap();
+    let wheels = body.wheels().expect("valid");
     let speeds = (0..wheels.wheels().len()).map(|k| wheels.speed(k, &rate));
     (rate, state.attitude, speeds.collect())
 }

@@ -64,7 +64,8 @@ impl Craft {
     }
 
     fn body(&self, points: Vec<PointMass>) -> RigidBody {
-        let body = RigidBody::new(2.0, Inertia::new(self.locked).expect("valid"), points).unwrap();
+        let body =
+            RigidBody::new(2.0, Inertia::new(self.locked).expect("valid"), points).expect("valid");
         body.with_wheels(self.wheels()).expect("valid")
     }
 

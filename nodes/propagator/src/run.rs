@@ -415,8 +415,8 @@ impl Propagator {
         if waited && cycle.is_silent() && self.asked.elapsed() >= PROMPT {
             // Who has come since has not seen it.
             self.asked = Instant::now();
-            self.link.repeat(&self.flight);
             self.sense_again()?;
+            self.link.repeat(&self.flight);
         }
         if waited {
             self.set_pace(node);

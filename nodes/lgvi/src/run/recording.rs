@@ -8,7 +8,19 @@ use crate::parameters::{list, path, text};
 
 /// The topics that are recorded from DDS, with their types. Full-rate states come from shared memory.
 pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)> {
-    let mut topics = vec![
+    // Before those that the flight waits for.
+    let wheeled = scene.bodies.iter().filter(|body| !body.wheels.is_empty());
+    let joints = wheeled.map(|body| {
+        let topic = format!("/lgvi_propagator/joint_states/{}", body.name);
+        (topic, "sensor_msgs/msg/JointState")
+    });
+    let sensors = scene.sensors.iter().map(|sensor| {
+        let (kind, body) = (sensor.kind.name(), &scene.bodies[sensor.body].name);
+        let topic = format!("/lgvi_propagator/{kind}/{body}/{}", sensor.name);
+        (topic, sensor.kind.message_type())
+    });
+    let mut topics: Vec<_> = joints.chain(sensors).collect();
+    topics.extend([
         ("/lgvi_propagator/scene".into(), "lgvi_msgs/msg/Scene"),
         (
             "/lgvi_propagator/flown_control".into(),
@@ -27,7 +39,7 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
             "/lgvi_propagator/markers".into(),
             "visualization_msgs/msg/MarkerArray",
         ),
-    ];
+    ]);
     if !scene.frames.is_empty() {
         topics.push(("/tf_static".into(), "tf2_msgs/msg/TFMessage"));
     }
@@ -35,19 +47,6 @@ pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)
         topics.push((
             format!("/lgvi_propagator/odometry/{}", body.name),
             "nav_msgs/msg/Odometry",
-        ));
-    }
-    for body in scene.bodies.iter().filter(|body| !body.wheels.is_empty()) {
-        topics.push((
-            format!("/lgvi_propagator/joint_states/{}", body.name),
-            "sensor_msgs/msg/JointState",
-        ));
-    }
-    for sensor in &scene.sensors {
-        let (kind, body) = (sensor.kind.name(), &scene.bodies[sensor.body].name);
-        topics.push((
-            format!("/lgvi_propagator/{kind}/{body}/{}", sensor.name),
-            sensor.kind.message_type(),
         ));
     }
     if planned {

@@ -212,6 +212,7 @@ mod tests {
         [run]
         duration = 1.0
         steps = 10
+        integrator = "lgvi"
         [[bodies]]
         name = "ball"
         mass = 1.0

@@ -91,10 +91,12 @@ impl Link {
         let waker = thread_waker();
         let mut context = Context::from_waker(&waker);
         loop {
+            // Asked first: who else listens by then is known when the flight begins.
+            let attended = self.topics.have_subscribers(await_subscribers);
             let wanted = self.topics.wanted() || self.monitor.wanted();
             self.shared.wanted.store(wanted, Ordering::Release);
             let wanted = self.topics.sensors.wanted(&self.shared.listened) || wanted;
-            if self.topics.have_subscribers(await_subscribers) {
+            if attended {
                 self.shared.attended.store(true, Ordering::Release);
             }
             // Taken before what was handed over before it.
@@ -189,6 +191,14 @@ impl Link {
             topics.state.send(&message);
             *sequence += 1;
         }
+        self.system.set_wheel_states(&snapshot.wheels);
+        for (body, topic) in &mut topics.joints {
+            if topic.wanted()
+                && let Ok(message) = messages::joint_state(scene, &self.system, *body, snapshot)
+            {
+                topic.send(&message);
+            }
+        }
         for (body, topic) in topics.odometry.iter_mut().enumerate() {
             if topic.wanted()
                 && let Ok(message) = messages::odometry(scene, body, snapshot)
@@ -198,14 +208,6 @@ impl Link {
         }
         if snapshot.again {
             return;
-        }
-        self.system.set_wheel_states(&snapshot.wheels);
-        for (body, topic) in &mut topics.joints {
-            if topic.wanted()
-                && let Ok(message) = messages::joint_state(scene, &self.system, *body, snapshot)
-            {
-                topic.send(&message);
-            }
         }
         if topics.tf.wanted()
             && let Ok(message) = messages::transforms(scene, snapshot)

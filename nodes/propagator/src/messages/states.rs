@@ -20,7 +20,7 @@ pub(crate) struct Snapshot {
     pub(crate) states: Vec<BodyState>,
     /// The states of all wheels, body by body.
     pub(crate) wheels: Vec<WheelState>,
-    /// Whether it has been published before: then only its odometry is.
+    /// Whether it has been published before: then only joint states and odometry are.
     pub(crate) again: bool,
 }
 

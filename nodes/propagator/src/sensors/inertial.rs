@@ -60,7 +60,12 @@ impl Increments {
         let free = *scene.bodies[body].body.mobility() == Mobility::Free;
         Self {
             together: vec![false; scene.bodies.len()],
-            held: (!free).then(|| (scene.system(), vec![Load::default(); scene.bodies.len()])),
+            held: (!free).then(|| {
+                (
+                    attracting(scene, body),
+                    vec![Load::default(); scene.bodies.len()],
+                )
+            }),
             period: None,
             momenta: vec![Vector3::zeros(); members.len()],
             forces: vec![Vector3::zeros(); members.len()],
@@ -194,4 +199,12 @@ impl Increments {
             }
         }
     }
+}
+
+/// The scene's system with the gravity on a body that is not free, which other bodies of this kind attract, too.
+fn attracting(scene: &Scene, body: usize) -> System {
+    let mut system = scene.system();
+    let held = &mut system.bodies_mut()[body];
+    *held = held.clone().with_mobility(Mobility::Free);
+    system
 }

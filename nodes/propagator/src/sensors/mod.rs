@@ -122,9 +122,9 @@ impl Sensors {
         self.separated = flight.docked().len();
         [self.due, self.boundary, self.origin] = [step; 3];
         for unit in &mut self.units {
-            if step == 0 {
-                unit.delayed.clear();
-            }
+            // What was read of the states before is not read of these.
+            unit.delayed
+                .retain(|reading| step > 0 && reading.step < step);
             unit.increments.iter_mut().for_each(Increments::end);
         }
     }

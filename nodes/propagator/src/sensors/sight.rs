@@ -108,11 +108,14 @@ impl Sight<'_> {
         let attractor = self.scene.gravity.central.iter();
         let attractor = attractor.map(|attractor| (attractor.position, attractor.radius));
         let to = &self.states[target].position;
-        others
-            .chain(attractor)
-            .any(|(center, radius)| radius > 0.0 && distance(&center, from, to) < radius)
+        others.chain(attractor).any(|(center, radius)| {
+            radius > 0.0 && distance(&center, from, to) < (1.0 - ROUNDING) * radius
+        })
     }
 }
+
+/// How far below a surface, relative to its radius, a point counts as on it.
+const ROUNDING: f64 = 1e-9;
 
 /// Between two vectors, in [0, π].
 fn angle(one: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
@@ -123,5 +126,9 @@ fn angle(one: &Vector3<f64>, other: &Vector3<f64>) -> f64 {
 fn distance(point: &Vector3<f64>, from: &Vector3<f64>, to: &Vector3<f64>) -> f64 {
     let line = to - from;
     let along = (point - from).dot(&line) / line.norm_squared();
-    (from + along.clamp(0.0, 1.0) * line - point).norm()
+    let nearest = match along {
+        along if along >= 1.0 => *to,
+        along => from + along.max(0.0) * line,
+    };
+    (nearest - point).norm()
 }

@@ -196,6 +196,28 @@ fn bodies_that_do_not_fall_read_their_support() {
     }
 }
 
+/// A lander of 2 kg held at 10 m from the center of an asteroid that is held, too: gravity between them moves neither.
+#[test]
+fn a_lander_on_what_does_not_move_reads_its_support() {
+    let held = |x: f64| {
+        format!(
+            "position = [{x:?}, 0, 0]\nmobility = \"fixed\"\nattitude = {{ w = 1, x = 0, y = 0, z = 0 }}"
+        )
+    };
+    let lander = body("craft", &held(10.0), &imus(0.1));
+    let asteroid = body("asteroid", &held(0.0), "");
+    let gravity = "[gravity.mutual]\nconstant = 50.0\n";
+    let text = format!("{lander}{asteroid}{}{gravity}", arm([0.0; 3]));
+    let mut flight = Run::new(&run(0.01, &text));
+    let mut all = flight.begin();
+    all.extend(flight.steps(20).into_iter().map(|(_, reading)| reading));
+    assert!(!all.is_empty());
+    for reading in all.iter().filter(|reading| reading.sensor == 0) {
+        // 50 × 2 / 10².
+        assert_near(inertial(reading)[1], [1.0, 0.0, 0.0], 1e-12);
+    }
+}
+
 /// Two bodies of 2 kg that join: the impact, and then the thrust of the other one.
 #[test]
 fn bodies_that_have_docked_feel_the_thrust_of_each_other() {

@@ -178,6 +178,9 @@ fn the_propagator_has_what_is_documented() {
     let sensors = sensors + &of("relative_pose", "target = \"satellite\"");
     // They belong to the last body, the chaser.
     let text = fs::read_to_string(&scene).unwrap() + &sensors;
+    let wheel = "[[bodies.wheels]]\nname = \"wheel\"\naxis = [0, 0, 1]\ninertia = 1e-3\n";
+    let chaser = "[[bodies]]\nname = \"chaser\"";
+    let text = text.replace(chaser, &format!("{wheel}{chaser}"));
     fs::write(&scene, text).unwrap();
     let scene = format!("scene:={}", scene.display());
     let propagator = world.node("propagator", &[&scene, "clock:=true"]);

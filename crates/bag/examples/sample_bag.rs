@@ -118,7 +118,6 @@ fn write_round(sample: &mut Sample, k: u32) -> Result<(), Box<dyn Error>> {
         step_size: 0.1,
         force: (0..k).map(vector).collect(),
         moment: (0..k).map(|index| vector(index + 100)).collect(),
-        wheel_torque: (0..2 * k).map(f64::from).collect(),
         reference: (0..k).map(|index| body(&name, index)).collect(),
         feedback: (0..k).flat_map(numbers::<72>).collect(),
         limits: ControlLimits {

@@ -57,21 +57,18 @@ pub enum ControlError {
     },
     /// Torques of wheels that do not fit the body's wheels or the other fields.
     #[error(
-        "`wheel_torque` has {found} numbers, expected one for each of the {wheels} wheels of {body:?} in each {}",
-        intervals.map_or_else(|| "interval".into(), |count| format!("of {count} intervals"))
+        "`feedback` has {found} numbers without forces, expected torques: one for each of the {wheels} wheels of {body:?} in each interval"
     )]
     Wheels {
         /// Numbers in the sequence.
         found: usize,
-        /// Intervals of the other fields, if these are not empty.
-        intervals: Option<usize>,
         /// Wheels of the body.
         wheels: usize,
         /// The body.
         body: String,
     },
     /// A torque that is NaN or infinite.
-    #[error("`wheel_torque[{index}]` is {value}, expected a finite number")]
+    #[error("torque `feedback[{index}]` is {value}, expected a finite number")]
     Torque {
         /// Index of the number.
         index: usize,
@@ -125,7 +122,7 @@ pub enum ControlError {
         expected: f64,
     },
     /// Nothing in it.
-    #[error("`force`, `moment` and `wheel_torque` are empty, expected at least one interval")]
+    #[error("`force` and `moment` are empty, expected at least one interval")]
     Empty,
     /// NaN or infinity.
     #[error("`{field}[{interval}]` is {value:?}, expected three finite numbers")]
@@ -192,7 +189,11 @@ impl Controls {
         let expected = scene.h() * scene.units.time;
         let found = message.step_size;
         let hold = hold(found, expected).ok_or(ControlError::StepSize { found, expected })?;
-        let law = Law::check(message, &scene.units)?;
+        let loads = loads(scene, message)?;
+        let law = match loads.is_empty() {
+            true => None,
+            false => Law::check(message, &scene.units)?,
+        };
         if law.is_some() && (hold > 1 || axes == ForceAxes::Body) {
             return Err(ControlError::HeldFeedback {
                 found,
@@ -200,13 +201,15 @@ impl Controls {
                 expected,
             });
         }
-        let loads = loads(scene, message)?;
         Ok(Self {
             body,
             first_step: message.first_step,
             hold,
             axes,
-            torques: torques(scene, body, loads.len(), message)?,
+            torques: match loads.is_empty() {
+                true => torques(scene, body, message)?,
+                false => Vec::new(),
+            },
             wheels: scene.bodies[body].wheels.len(),
             loads,
             law,
@@ -300,7 +303,7 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
     if forces != moments {
         return Err(ControlError::Lengths { forces, moments });
     }
-    if forces == 0 && message.wheel_torque.is_empty() {
+    if forces == 0 && message.feedback.is_empty() {
         return Err(ControlError::Empty);
     }
     let finite = |field, interval, vector: &Vector3| {
@@ -327,29 +330,22 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
         .collect()
 }
 
-/// The torques of the wheels of a message with so many loads, in the scene's units.
+/// The torques of the wheels of a message without forces, in the scene's units.
 fn torques(
     scene: &Scene,
     body: usize,
-    loads: usize,
     message: &ControlSequence,
 ) -> Result<Vec<f64>, ControlError> {
-    let found = message.wheel_torque.len();
+    let found = message.feedback.len();
     let wheels = scene.bodies[body].wheels.len();
-    let fits = match found {
-        0 => true,
-        _ if loads > 0 => found == wheels * loads,
-        _ => wheels > 0 && found.is_multiple_of(wheels),
-    };
-    if !fits {
+    if wheels == 0 || !found.is_multiple_of(wheels) {
         return Err(ControlError::Wheels {
             found,
-            intervals: (loads > 0).then_some(loads),
             wheels,
             body: scene.bodies[body].name.clone(),
         });
     }
-    let each = message.wheel_torque.iter().enumerate();
+    let each = message.feedback.iter().enumerate();
     each.map(|(index, &value)| {
         let torque = value / scene.units.energy();
         if torque.is_finite() {

@@ -109,7 +109,7 @@ impl WheelTorques {
             body: scene.bodies[self.body].name.clone(),
             first_step,
             step_size: terms.duration(scene),
-            wheel_torque: self.torques.clone(),
+            feedback: self.torques.clone(),
             ..ControlSequence::default()
         })
     }

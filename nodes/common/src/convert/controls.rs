@@ -47,7 +47,6 @@ pub fn control_sequence(
         step_size: scene.h() * units.time,
         force: si.iter().map(|load| vector(load.force)).collect(),
         moment: si.iter().map(|load| vector(load.moment)).collect(),
-        wheel_torque: Vec::new(),
         reference: references
             .map(|state| reference(name, state, units))
             .collect(),

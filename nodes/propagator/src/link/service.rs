@@ -322,6 +322,10 @@ impl Link {
 
 /// The sequence without its feedback law.
 fn open_loop(scene: &Scene, message: &ControlSequence) -> ControlSequence {
+    if message.force.is_empty() {
+        // Torques of wheels.
+        return message.clone();
+    }
     ControlSequence {
         reference: Vec::new(),
         feedback: Vec::new(),

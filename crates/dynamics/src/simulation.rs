@@ -160,7 +160,8 @@ impl Simulation {
         made
     }
 
-    #[inline]
+    /// Makes one step, in which torques of wheels do not act.
+    #[inline(always)]
     fn advance_once(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         let joined = match &mut self.dockings {
             Some(dockings) => dockings.advance(&self.system, &mut self.states, controls, self.step),
@@ -175,6 +176,7 @@ impl Simulation {
 
     /// Makes one step in which the wheels' torques act as half an impulse at each end.
     #[cold]
+    #[inline(never)]
     fn advance_wheeled(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         let h = self.h;
         let mut begin = self.wheels.take().unwrap_or_default();

@@ -35,8 +35,8 @@ pub struct Flight {
     loads: Vec<Load>,
     /// The scene's steps.
     steps: u64,
-    /// Wheels by body.
-    wheels: Vec<usize>,
+    /// The bodies that have wheels, and how many.
+    wheels: Vec<(usize, usize)>,
 }
 
 /// States that a flight cannot go on from.
@@ -75,7 +75,10 @@ impl Flight {
             errors: scene.actuator_errors(),
             loads: vec![Load::default(); bodies],
             steps: scene.steps,
-            wheels: scene.bodies.iter().map(|body| body.wheels.len()).collect(),
+            wheels: (scene.bodies.iter().enumerate())
+                .map(|(index, body)| (index, body.wheels.len()))
+                .filter(|(_, count)| *count > 0)
+                .collect(),
         })
     }
 
@@ -97,27 +100,20 @@ impl Flight {
         if first_step >= steps {
             return Err(ControlError::Beyond { first_step, steps });
         }
-        let channels = self.channels(&controls);
-        let replaced = |earlier: &Arc<Controls>| earlier.first_step >= first_step;
-        for channel in channels.into_iter().flatten() {
-            let accepted = &mut self.accepted[channel];
-            drop_past(accepted, self.simulation.step());
-            if accepted.iter().filter(|one| !replaced(one)).count() >= SEQUENCES {
-                return Err(ControlError::TooMany { limit: SEQUENCES });
-            }
-        }
-        let mut kept = 0;
-        for (channel, accepted) in self.accepted.iter().enumerate() {
-            let is_new = channels.contains(&Some(channel));
-            let others = channel.checked_sub(self.wheels.len());
-            let others = others.map_or(&[][..], |body| &self.accepted[body]);
-            // One for the body and its wheels is there twice.
-            let counts = |one: &Arc<Controls>| !others.iter().any(|other| Arc::ptr_eq(one, other));
-            let stay = accepted.iter().filter(|one| !(is_new && replaced(one)));
-            kept += stay
-                .filter(|one| counts(one))
-                .map(|one| one.size())
-                .sum::<usize>();
+        let channel = self.channel(&controls);
+        self.drop_past(channel);
+        let replaced = |earlier: &&Arc<Controls>| earlier.first_step >= first_step;
+        let channels = self.accepted.iter().enumerate();
+        let kept: usize = channels
+            .flat_map(|(other, accepted)| {
+                let stays = move |earlier: &&Arc<Controls>| other != channel || !replaced(earlier);
+                accepted.iter().filter(stays)
+            })
+            .map(|earlier| earlier.size())
+            .sum();
+        let accepted = self.accepted[channel].iter();
+        if accepted.filter(|earlier| !replaced(earlier)).count() >= SEQUENCES {
+            return Err(ControlError::TooMany { limit: SEQUENCES });
         }
         if kept.saturating_add(controls.size()) > MEMORY {
             return Err(ControlError::TooLarge {
@@ -136,21 +132,32 @@ impl Flight {
         let controls = controls.into();
         let first_step = controls.first_step;
         self.check_in_time(first_step)?;
-        for channel in self.channels(&controls).into_iter().flatten() {
-            let accepted = &mut self.accepted[channel];
-            drop_past(accepted, self.simulation.step());
-            accepted.retain(|earlier| earlier.first_step < first_step);
-            accepted.push(Arc::clone(&controls));
-        }
+        let channel = self.channel(&controls);
+        self.drop_past(channel);
+        let accepted = &mut self.accepted[channel];
+        accepted.retain(|earlier| earlier.first_step < first_step);
+        accepted.push(controls);
         Ok(())
     }
 
-    /// Which of the accepted sequences a sequence is among: those for the body, those for its wheels.
-    fn channels(&self, controls: &Controls) -> [Option<usize>; 2] {
-        let of_body = !controls.loads.is_empty();
-        let of_wheels = !controls.torques.is_empty();
-        let (body, bodies) = (controls.body, self.wheels.len());
-        [of_body.then_some(body), of_wheels.then_some(bodies + body)]
+    /// Which of the accepted sequences a sequence is among: those for its body, or those for the wheels of the body.
+    fn channel(&self, controls: &Controls) -> usize {
+        if controls.loads.is_empty() {
+            self.loads.len() + controls.body
+        } else {
+            controls.body
+        }
+    }
+
+    /// Lets go of the sequences of a channel that others have taken the place of.
+    fn drop_past(&mut self, channel: usize) {
+        let step = self.simulation.step();
+        let accepted = &mut self.accepted[channel];
+        let acting = accepted
+            .iter()
+            .rposition(|earlier| earlier.first_step <= step)
+            .unwrap_or(0);
+        accepted.drain(..acting);
     }
 
     fn check_in_time(&self, first_step: u64) -> Result<(), ControlError> {
@@ -180,11 +187,8 @@ impl Flight {
         trial.set_wheel_states(&self.wheel_states().collect::<Vec<_>>());
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
-        let wheels = WheelCommands {
-            accepted: &self.accepted,
-            wheels: &self.wheels,
-        };
-        wheels.give(self.step(), &mut trial);
+        let of_wheels = &self.accepted[self.loads.len()..];
+        command_wheels(&mut trial, &self.wheels, of_wheels, self.step());
         trial
             .advance(&loads)
             .map_err(|error| SetStatesError::Step(scene.step_error(&error)))?;
@@ -237,11 +241,9 @@ impl Flight {
         let mut loads = std::mem::take(&mut self.loads);
         self.command(&mut loads, self.simulation.states());
         self.loads = loads;
-        let wheels = WheelCommands {
-            accepted: &self.accepted,
-            wheels: &self.wheels,
-        };
-        wheels.give(self.simulation.step(), &mut self.simulation);
+        let of_wheels = &self.accepted[self.loads.len()..];
+        let step = self.simulation.step();
+        command_wheels(&mut self.simulation, &self.wheels, of_wheels, step);
         self.simulation.advance(&self.loads)
     }
 
@@ -303,44 +305,31 @@ impl Flight {
     }
 }
 
-/// What the accepted sequences have the motors of the wheels of each body do.
-struct WheelCommands<'a> {
-    accepted: &'a [Vec<Arc<Controls>>],
-    wheels: &'a [usize],
-}
-
-impl WheelCommands<'_> {
-    /// Commands the wheels of a simulation for its next step, which is this one of the flight.
-    fn give(&self, step: u64, simulation: &mut Simulation) {
-        let of_wheels = &self.accepted[self.wheels.len()..];
-        let bodies = self.wheels.iter().zip(of_wheels).enumerate();
-        for (body, (count, accepted)) in bodies.filter(|(_, (count, _))| **count > 0) {
-            let mut latest = accepted.iter().rev();
-            let torques = latest.find_map(|controls| controls.torques_during(step));
-            let torques = torques.filter(|torques| !torques.is_empty());
-            simulation.set_wheel_commands(body, torques.unwrap_or(&NO_TORQUES[..*count]));
-        }
+/// Commands the wheels of a simulation, by their bodies and numbers, for its next step, which is this one of the flight.
+/// `accepted` are the sequences for wheels by body.
+fn command_wheels(
+    simulation: &mut Simulation,
+    wheels: &[(usize, usize)],
+    accepted: &[Vec<Arc<Controls>>],
+    step: u64,
+) {
+    for &(body, count) in wheels {
+        let mut latest = accepted[body].iter().rev();
+        let torques = latest.find_map(|controls| controls.torques_during(step));
+        let torques = torques.filter(|torques| !torques.is_empty());
+        simulation.set_wheel_commands(body, torques.unwrap_or(&NO_TORQUES[..count]));
     }
 }
 
-/// Lets go of the sequences that others have taken the place of at `step`.
-fn drop_past(accepted: &mut Vec<Arc<Controls>>, step: u64) {
-    let acting = accepted
-        .iter()
-        .rposition(|earlier| earlier.first_step <= step)
-        .unwrap_or(0);
-    accepted.drain(..acting);
-}
-
 #[cfg(test)]
-mod tests {
+pub(crate) mod tests {
     use lgvi_msgs::geometry_msgs;
     use lgvi_msgs::msg::ControlSequence;
     use nalgebra::Vector3;
 
     use super::*;
 
-    fn scene() -> Scene {
+    pub(crate) fn scene() -> Scene {
         let text = r#"
             title = "A ball"
             [units]

@@ -205,23 +205,8 @@ mod tests {
     use rtrb::RingBuffer;
 
     use super::*;
+    use crate::flight;
     use crate::messages::Snapshot;
-
-    const BALL: &str = r#"
-        title = "A ball"
-        [run]
-        duration = 1.0
-        steps = 10
-        integrator = "lgvi"
-        [[bodies]]
-        name = "ball"
-        mass = 1.0
-        inertia = [1, 1, 1]
-        position = [0, 0, 0]
-        velocity = [0, 0, 0]
-        attitude = { w = 1, x = 0, y = 0, z = 0 }
-        angular_velocity = [0, 0, 0]
-    "#;
 
     /// The loop's end of a link whose thread has panicked, with one snapshot left.
     fn orphaned(scene: &Scene) -> LinkEnd {
@@ -268,7 +253,7 @@ mod tests {
 
     #[test]
     fn a_flight_whose_ros_side_has_died_neither_hangs_nor_goes_on() {
-        let scene = Scene::parse("test", BALL).unwrap();
+        let scene = flight::tests::scene();
         let flight = Flight::new(&scene).unwrap();
         let mut link = orphaned(&scene);
         assert!(link.publish(&flight, Wait::AsConfigured));

@@ -4,6 +4,7 @@ use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::gravity::{Multipole, Polyhedron, PolyhedronError, PolyhedronMass};
+use crate::thrusters::Thrusters;
 use crate::wheels::Wheels;
 use crate::{Inertia, InertiaError, Mobility};
 
@@ -30,12 +31,13 @@ pub enum MassDistribution {
 /// A rigid body: its mass, inertia, mass distribution, radius and mobility.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RigidBody {
-    mass: f64,
-    inertia: Inertia,
-    distribution: MassDistribution,
+    pub(crate) mass: f64,
+    pub(crate) inertia: Inertia,
+    pub(crate) distribution: MassDistribution,
     radius: f64,
-    mobility: Mobility,
+    pub(crate) mobility: Mobility,
     wheels: Option<Box<Wheels>>,
+    pub(crate) thrusters: Option<Box<Thrusters>>,
 }
 
 /// Reasons why a mass and its distribution do not describe a rigid body.
@@ -84,6 +86,14 @@ pub enum BodyError {
     /// The mass of a polyhedron is fixed by its shape.
     #[error("a polyhedron is as heavy as its shape, expected points or a multipole")]
     Heavier,
+    /// The propellant is not part of the body.
+    #[error("the propellant's mass is {propellant}, expected less than that of the body, {mass}")]
+    Propellant {
+        /// The propellant's mass.
+        propellant: f64,
+        /// The body's mass.
+        mass: f64,
+    },
     /// The polyhedron's cloud could not be built.
     #[error(transparent)]
     Polyhedron(#[from] PolyhedronError),
@@ -129,6 +139,7 @@ impl RigidBody {
             radius: 0.0,
             mobility: Mobility::Pivoted,
             wheels: None,
+            thrusters: None,
         };
         if !(mass.is_finite() && mass > 0.0) {
             return Err(BodyError::Mass(mass));
@@ -210,30 +221,21 @@ impl RigidBody {
         if !(mass.is_finite() && mass > 0.0) {
             return Err(BodyError::Mass(mass));
         }
-        let distribution = match &self.distribution {
-            MassDistribution::Points(points) => {
-                let scaled = points.iter().map(|point| PointMass {
-                    mass: point.mass * factor,
-                    ..*point
-                });
-                MassDistribution::Points(scaled.collect())
-            }
-            MassDistribution::Multipole(multipole) => {
-                MassDistribution::Multipole(multipole.scaled(factor))
-            }
-            MassDistribution::Polyhedron(_) => return Err(BodyError::Heavier),
-        };
-        Ok(Self {
+        Self {
             mass,
             inertia: Inertia::new(self.inertia.matrix() * factor)?,
-            distribution,
+            distribution: self.distribution.scaled(factor)?,
             ..self.clone()
-        })
+        }
+        .loaded()
     }
 
     /// Returns this body with another inertia. Gravity acts as before.
-    pub fn with_inertia(self, inertia: Inertia) -> Self {
-        Self { inertia, ..self }
+    ///
+    /// # Errors
+    /// Returns an error if the body has propellant, and what is left without it has no valid inertia.
+    pub fn with_inertia(self, inertia: Inertia) -> Result<Self, BodyError> {
+        Self { inertia, ..self }.loaded()
     }
 
     /// Returns this body, whose inertia is that with locked wheels, with reaction wheels that turn. The inertia of the rest
@@ -243,11 +245,33 @@ impl RigidBody {
     /// Returns an error if the inertia of the rest is not that of a rigid body.
     pub fn with_wheels(self, wheels: Wheels) -> Result<Self, BodyError> {
         let rest = self.inertia.matrix() - wheels.axial_inertia();
-        Ok(Self {
+        Self {
             inertia: Inertia::new(rest)?,
             wheels: Some(Box::new(wheels)),
             ..self
-        })
+        }
+        .loaded()
+    }
+
+    /// Returns this body, which has all its propellant, with thrusters.
+    ///
+    /// # Errors
+    /// Returns an error if the body without propellant has no positive mass or no valid inertia, or if the body has
+    /// propellant and is a polyhedron.
+    pub fn with_thrusters(self, thrusters: Thrusters) -> Result<Self, BodyError> {
+        Self {
+            thrusters: Some(Box::new(thrusters)),
+            ..self
+        }
+        .loaded()
+    }
+
+    /// Makes the present properties those with all propellant.
+    fn loaded(mut self) -> Result<Self, BodyError> {
+        if let Some(thrusters) = &mut self.thrusters {
+            thrusters.load(self.mass, &self.inertia, &self.distribution)?;
+        }
+        Ok(self)
     }
 
     /// Returns this body with another mobility.
@@ -318,6 +342,21 @@ impl RigidBody {
         self.wheels.as_deref_mut()
     }
 
+    /// The thrusters.
+    pub fn thrusters(&self) -> Option<&Thrusters> {
+        self.thrusters.as_deref()
+    }
+
+    /// The thrusters, to set their commands.
+    pub fn thrusters_mut(&mut self) -> Option<&mut Thrusters> {
+        self.thrusters.as_deref_mut()
+    }
+
+    /// Returns true if it has wheels or thrusters.
+    pub fn has_actuators(&self) -> bool {
+        self.wheels.is_some() || self.thrusters.is_some()
+    }
+
     /// Inertia `J` about the center of mass. Of a body with reaction wheels it is that without their inertia about their axes.
     pub fn inertia(&self) -> &Inertia {
         &self.inertia
@@ -335,6 +374,23 @@ impl RigidBody {
             MassDistribution::Multipole(_) => &[],
             MassDistribution::Polyhedron(mass) => mass.cloud(),
         }
+    }
+}
+
+impl MassDistribution {
+    /// This distribution with its mass multiplied by `factor`.
+    pub(crate) fn scaled(&self, factor: f64) -> Result<Self, BodyError> {
+        Ok(match self {
+            Self::Points(points) => {
+                let scaled = points.iter().map(|point| PointMass {
+                    mass: point.mass * factor,
+                    ..*point
+                });
+                Self::Points(scaled.collect())
+            }
+            Self::Multipole(multipole) => Self::Multipole(multipole.scaled(factor)),
+            Self::Polyhedron(_) => return Err(BodyError::Heavier),
+        })
     }
 }
 

@@ -53,6 +53,7 @@ mod simulation;
 pub mod skip;
 mod state;
 mod system;
+pub mod thrusters;
 pub mod wheels;
 
 pub use lgvi_lie::nalgebra;

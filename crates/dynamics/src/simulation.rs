@@ -1,15 +1,17 @@
+mod actuation;
+
 use lgvi_lie::orthogonality_error;
-use nalgebra::Vector3;
 
 use crate::docking::{Docked, Docking, Dockings};
 use crate::gravity::Gravity;
 use crate::integrator::Subdivision;
 use crate::range::{check_body, check_step};
 use crate::skip::{LevelSwitching, Skip};
-use crate::wheels::WheelState;
 use crate::{
-    BodyState, Integrator, Invariants, Load, Method, MethodError, StepError, StepReport, System,
+    BodyState, Integrator, Invariants, Load, Method, MethodError, RigidBody, StepError, StepReport,
+    System,
 };
+use actuation::Actuation;
 
 /// A running simulation: system, states, integrator and the number of steps made.
 pub struct Simulation {
@@ -24,17 +26,8 @@ pub struct Simulation {
     /// States at the beginning of a step with several substeps.
     begun: Vec<BodyState>,
     dockings: Option<Box<Dockings>>,
-    /// What a step begins with, if bodies have wheels.
-    wheels: Option<Box<WheelsAtBegin>>,
-}
-
-/// The momenta of bodies and the states of their wheels at the beginning of a step.
-#[derive(Default)]
-struct WheelsAtBegin {
-    momenta: Vec<Vector3<f64>>,
-    states: Vec<WheelState>,
-    /// Torques act in the step.
-    torques: bool,
+    /// Of bodies with wheels or thrusters.
+    actuation: Option<Box<Actuation>>,
 }
 
 /// Largest depth of subdivision. Dividing a step into `2³⁰` is practically unlimited.
@@ -72,7 +65,7 @@ impl Simulation {
     ) -> Result<Self, MethodError> {
         check_step(h)?;
         check(&system, &states)?;
-        let has_wheels = system.bodies().iter().any(|body| body.wheels().is_some());
+        let actuated = system.bodies().iter().any(RigidBody::has_actuators);
         system.constrain(&mut states);
         integrator.check(&mut system, &states)?;
         integrator.start(&mut system, &states);
@@ -86,7 +79,7 @@ impl Simulation {
             substeps: 1,
             step: 0,
             dockings: None,
-            wheels: has_wheels.then(Box::default),
+            actuation: actuated.then(Box::default),
         })
     }
 
@@ -151,8 +144,8 @@ impl Simulation {
                 found: controls.len(),
             });
         }
-        let made = if self.wheels.is_some() {
-            self.advance_wheeled(controls)
+        let made = if self.actuation.is_some() {
+            self.advance_actuated(controls)
         } else {
             self.advance_once(controls)
         };
@@ -160,7 +153,7 @@ impl Simulation {
         made
     }
 
-    /// Makes one step, in which torques of wheels do not act.
+    /// Makes one step, in which wheels and thrusters do not act.
     #[inline(always)]
     fn advance_once(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
         let joined = match &mut self.dockings {
@@ -171,68 +164,6 @@ impl Simulation {
             Some(made) => made,
             None if self.substeps == 1 => self.substep(controls, self.h),
             None => self.substeps(controls),
-        }
-    }
-
-    /// Makes one step in which the wheels' torques act as half an impulse at each end.
-    #[cold]
-    #[inline(never)]
-    fn advance_wheeled(&mut self, controls: &[Load]) -> Result<StepReport, StepError> {
-        let h = self.h;
-        let mut begin = self.wheels.take().unwrap_or_default();
-        let mut torques = begin.torques;
-        begin.momenta.clear();
-        begin.states.clear();
-        begin.torques = false;
-        for (body, state) in self.system.bodies_mut().iter_mut().zip(&mut self.states) {
-            begin.momenta.push(state.angular_momentum);
-            let rate = state.angular_velocity(body);
-            let inverse = *body.inertia().inverse();
-            if let Some(wheels) = body.wheels_mut() {
-                begin.states.extend_from_slice(wheels.states());
-                state.angular_momentum += wheels.begin_step(&rate, &inverse, h);
-                begin.torques |= wheels.states().iter().any(|wheel| wheel.torque != 0.0);
-            }
-        }
-        torques |= begin.torques;
-        // An error control goes on from the end of its last own step, which is another one under torques.
-        if torques && self.integrator.cuts_steps() {
-            self.integrator.start(&mut self.system, &self.states);
-        }
-        let made = self.advance_once(controls);
-        let mut before = begin.states.as_slice();
-        let bodies = self.system.bodies_mut().iter_mut();
-        for ((body, state), momentum) in bodies.zip(&mut self.states).zip(&begin.momenta) {
-            let Some(wheels) = body.wheels_mut() else {
-                continue;
-            };
-            let (own, others) = before.split_at(wheels.states().len());
-            before = others;
-            if made.is_err() {
-                wheels.set_states(own);
-                state.angular_momentum = *momentum;
-                continue;
-            }
-            state.angular_momentum += wheels.end_step(h);
-            let rate = state.angular_velocity(body);
-            if let Some(wheels) = body.wheels_mut() {
-                wheels.turn(&rate, h);
-            }
-        }
-        self.wheels = Some(begin);
-        made
-    }
-
-    /// Sets the states of all wheels, body by body.
-    pub fn set_wheel_states(&mut self, states: &[WheelState]) {
-        self.system.set_wheel_states(states);
-    }
-
-    /// Sets the torques that the motors of a body's wheels are asked for from the next step on, one per wheel. Without
-    /// wheels it does nothing.
-    pub fn set_wheel_commands(&mut self, body: usize, torques: &[f64]) {
-        if let Some(wheels) = self.system.bodies_mut()[body].wheels_mut() {
-            wheels.set_commands(torques);
         }
     }
 

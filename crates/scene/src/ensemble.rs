@@ -131,7 +131,7 @@ impl Deviation {
             let angular_velocity = state.angular_velocity(&body);
             let inertia = body.inertia().stretched(&stretch)?;
             state.angular_momentum = inertia.matrix() * angular_velocity;
-            body = body.with_inertia(inertia);
+            body = body.with_inertia(inertia)?;
         }
         state.position += self.position;
         state.linear_momentum += body.mass() * self.velocity;

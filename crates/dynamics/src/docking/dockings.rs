@@ -30,7 +30,7 @@ impl Dockings {
     /// Creates the dockings of the bodies of `system`, none of which are joined yet.
     ///
     /// # Errors
-    /// Returns an error if the ports of a docking are not on two different free bodies, a body has wheels, or if the method does not support
+    /// Returns an error if the ports of a docking are not on two different free bodies, a body has actuators, or if the method does not support
     /// the gravity of parts.
     pub(crate) fn new(
         (system, states): (&System, &[BodyState]),
@@ -44,10 +44,7 @@ impl Dockings {
                 let body = system.bodies().get(*body);
                 body.is_some_and(|body| *body.mobility() == Mobility::Free)
             };
-            let wheeled = system
-                .bodies()
-                .iter()
-                .position(|body| body.wheels().is_some());
+            let wheeled = system.bodies().iter().position(|body| body.has_actuators());
             let unfit = [one, other].into_iter().find(|body| !free(body));
             if let Some(body) = unfit.or((one == other).then_some(one)).or(wheeled) {
                 return Err(MethodError::Docking { docking, body });

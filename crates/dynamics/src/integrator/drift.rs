@@ -2,11 +2,11 @@ mod coasting;
 
 pub(super) use coasting::Coasting;
 
-use super::rotor::{BodyRotation, GyrostatRotation, WheeledRotation};
+use super::rotor::{ActuatedRotation, BodyRotation, GyrostatRotation};
 use super::warm_start::{Solutions, WarmStart};
 use super::{Rotor, StepError};
-use crate::rotation::{DiscreteRotation, FreeRotation, Gyrostat, Unsolvable};
-use crate::{BodyState, Inertia, Load, Mobility, RigidBody};
+use crate::rotation::{DiscreteRotation, FreeRotation, Unsolvable};
+use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Kicks, and free motion of all bodies over a time, `x ← x + (h/m) γ`, `R ← R F`, `Π ← Fᵀ Π`.
 pub(super) struct Drift {
@@ -19,42 +19,30 @@ pub(super) struct Drift {
 enum Movers {
     Discrete(Vec<Mover<DiscreteRotation<f64>>>),
     Exact(Vec<Mover<FreeRotation>>),
-    /// The same where some bodies have wheels.
-    WheeledDiscrete(Vec<Mover<WheeledRotation<DiscreteRotation<f64>>>>),
-    WheeledExact(Vec<Mover<WheeledRotation<FreeRotation>>>),
+    /// The same where some bodies have wheels or thrusters.
+    ActuatedDiscrete(Vec<Mover<ActuatedRotation<DiscreteRotation<f64>>>>),
+    ActuatedExact(Vec<Mover<ActuatedRotation<FreeRotation>>>),
 }
 
 impl Movers {
     fn of(rotor: Rotor, bodies: &[RigidBody]) -> Self {
-        let discrete = |inertia: &Inertia| inertia.rotation;
-        let exact = FreeRotation::new;
-        let wheeled = bodies.iter().any(|body| body.wheels().is_some());
-        match (rotor, wheeled) {
-            (Rotor::Discrete, false) => Self::Discrete(movers(bodies, |b| discrete(b.inertia()))),
-            (Rotor::Exact, false) => Self::Exact(movers(bodies, |b| exact(b.inertia()))),
-            (Rotor::Discrete, true) => Self::WheeledDiscrete(wheeled_movers(bodies, discrete)),
-            (Rotor::Exact, true) => Self::WheeledExact(wheeled_movers(bodies, exact)),
+        let actuated = bodies.iter().any(RigidBody::has_actuators);
+        match (rotor, actuated) {
+            (Rotor::Discrete, false) => Self::Discrete(movers(bodies, |b| b.inertia().rotation)),
+            (Rotor::Exact, false) => {
+                Self::Exact(movers(bodies, |b| FreeRotation::new(b.inertia())))
+            }
+            (Rotor::Discrete, true) => {
+                Self::ActuatedDiscrete(movers(bodies, ActuatedRotation::new))
+            }
+            (Rotor::Exact, true) => Self::ActuatedExact(movers(bodies, ActuatedRotation::new)),
         }
     }
 }
 
 fn movers<T>(bodies: &[RigidBody], rotation: impl Fn(&RigidBody) -> T) -> Vec<Mover<T>> {
-    let each = bodies.iter().map(|body| Mover {
-        mobility: *body.mobility(),
-        per_mass: body.mass().recip(),
-        rotation: rotation(body),
-    });
-    each.collect()
-}
-
-fn wheeled_movers<T>(
-    bodies: &[RigidBody],
-    rotation: impl Fn(&Inertia) -> T,
-) -> Vec<Mover<WheeledRotation<T>>> {
-    movers(bodies, |body| WheeledRotation {
-        plain: rotation(body.inertia()),
-        gyrostat: (body.wheels()).map(|wheels| Gyrostat::new(body.inertia(), wheels.momentum())),
-    })
+    let each = bodies.iter();
+    each.map(|body| Mover::new(body, rotation(body))).collect()
 }
 
 /// The data of a body for its drifts.
@@ -63,6 +51,16 @@ struct Mover<T> {
     /// `1/m`.
     per_mass: f64,
     rotation: T,
+}
+
+impl<T> Mover<T> {
+    fn new(body: &RigidBody, rotation: T) -> Self {
+        Self {
+            mobility: *body.mobility(),
+            per_mass: body.mass().recip(),
+            rotation,
+        }
+    }
 }
 
 impl<T: BodyRotation> Mover<T> {
@@ -167,11 +165,11 @@ fn advance<'a>(
     Ok(most)
 }
 
-/// The same where some bodies have wheels.
+/// The same where some bodies have wheels or thrusters.
 #[cold]
 #[inline(never)]
-fn advance_wheeled<'a>(
-    movers: &mut [Mover<WheeledRotation<impl GyrostatRotation>>],
+fn advance_actuated<'a>(
+    movers: &mut [Mover<ActuatedRotation<impl GyrostatRotation>>],
     bodies: &[RigidBody],
     states: (&[BodyState], &mut [BodyState]),
     kick: Kick,
@@ -179,7 +177,11 @@ fn advance_wheeled<'a>(
     solutions: impl Iterator<Item = Solutions<'a, f64>>,
 ) -> Result<u32, StepError> {
     for (mover, body) in movers.iter_mut().zip(bodies) {
-        mover.rotation.update(body);
+        if mover.per_mass == body.mass().recip() {
+            mover.rotation.update(body);
+        } else {
+            *mover = Mover::new(body, ActuatedRotation::new(body));
+        }
     }
     advance(movers, bodies, states, kick, h, solutions)
 }
@@ -223,10 +225,10 @@ impl Drift {
         match &mut self.movers {
             Movers::Discrete(movers) => advance(movers, bodies, states, kick, h, solutions),
             Movers::Exact(movers) => advance(movers, bodies, states, kick, h, solutions),
-            Movers::WheeledDiscrete(all) => {
-                advance_wheeled(all, bodies, states, kick, h, solutions)
+            Movers::ActuatedDiscrete(all) => {
+                advance_actuated(all, bodies, states, kick, h, solutions)
             }
-            Movers::WheeledExact(all) => advance_wheeled(all, bodies, states, kick, h, solutions),
+            Movers::ActuatedExact(all) => advance_actuated(all, bodies, states, kick, h, solutions),
         }
     }
 }

@@ -181,11 +181,12 @@ pub enum MethodError {
         /// Bodies that the method supports.
         expected: &'static str,
     },
-    /// The method does not support reaction wheels.
+    /// The method does not support actuators.
     #[error(
-        "{method} cannot integrate body {body}, which has reaction wheels; use LGVI, a composition, Nyström, or Dormand–Prince"
+        "{method} cannot integrate body {body}, which has reaction wheels or thrusters; use LGVI, a composition, Nyström, or \
+         Dormand–Prince"
     )]
-    Wheels {
+    Actuators {
         /// Name of the method.
         method: Method,
         /// Index of the body.
@@ -230,9 +231,9 @@ pub enum MethodError {
         /// Greatest supported ratio.
         limit: f64,
     },
-    /// The ports of a docking are not on two different free bodies, or a body has wheels.
+    /// The ports of a docking are not on two different free bodies, or a body has actuators.
     #[error(
-        "docking {docking}: its ports are on two different free bodies, in a system without reaction wheels: not so body {body}"
+        "docking {docking}: its ports are on two different free bodies, in a system without reaction wheels and thrusters: not so body {body}"
     )]
     Docking {
         /// Index of the docking, from 0.

@@ -4,7 +4,7 @@ use super::{
     Adaptive, ChartOrigin, ClosedForm, CrouchGrossman, Galerkin, ImplicitMidpoint, Integrator,
     LagrangianLgvi, MethodError, Quadrature, RungeKutta, Splitting, WisdomHolman, taylor,
 };
-use crate::System;
+use crate::{RigidBody, System};
 
 /// The method for the free rotation within a step.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -228,8 +228,8 @@ impl Method {
         )
     }
 
-    /// Returns true if it integrates bodies with [`wheels`](crate::wheels).
-    pub fn carries_wheels(self) -> bool {
+    /// Returns true if it integrates bodies with [`wheels`](crate::wheels) or [`thrusters`](crate::thrusters).
+    pub fn carries_actuators(self) -> bool {
         match self {
             Self::Lgvi(_)
             | Self::LieEuler(_)
@@ -256,10 +256,10 @@ impl Method {
     /// Returns an error if the method does not integrate such systems.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
         let mut bodies = system.bodies().iter();
-        if let Some(body) = bodies.position(|body| body.wheels().is_some())
-            && !self.carries_wheels()
+        if let Some(body) = bodies.position(RigidBody::has_actuators)
+            && !self.carries_actuators()
         {
-            return Err(MethodError::Wheels { method: self, body });
+            return Err(MethodError::Actuators { method: self, body });
         }
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),

@@ -4,9 +4,8 @@ use lgvi_lie::Quaternion;
 use nalgebra::{Matrix3, Vector3};
 
 use super::warm_start::Solutions;
-use crate::BodyState;
-use crate::RigidBody;
 use crate::rotation::{DiscreteRotation, FreeRotation, Gyrostat, Unsolvable};
+use crate::{BodyState, Inertia, RigidBody};
 
 /// The computation of a body's rotation over a drift.
 pub(super) trait BodyRotation {
@@ -86,16 +85,19 @@ impl BodyRotation for FreeRotation {
     }
 }
 
-/// The rotation of a body in a system in which some bodies have wheels.
-pub(super) struct WheeledRotation<T> {
+/// The rotation of a body in a system in which some bodies have wheels or thrusters.
+pub(super) struct ActuatedRotation<T> {
     /// Its rotation without wheels.
-    pub(super) plain: T,
+    plain: T,
     /// The data of a body with wheels.
-    pub(super) gyrostat: Option<Gyrostat>,
+    gyrostat: Option<Gyrostat>,
 }
 
 /// The rotors of gyrostats.
-pub(super) trait GyrostatRotation: BodyRotation {
+pub(super) trait GyrostatRotation: BodyRotation + Sized {
+    /// The rotation of a body without wheels.
+    fn of_body(inertia: &Inertia) -> Self;
+
     /// The rotation over `h` from the momentum `Π`, and the number of iterations.
     fn of(
         gyrostat: &Gyrostat,
@@ -105,6 +107,10 @@ pub(super) trait GyrostatRotation: BodyRotation {
 }
 
 impl GyrostatRotation for DiscreteRotation<f64> {
+    fn of_body(inertia: &Inertia) -> Self {
+        inertia.rotation
+    }
+
     fn of(
         gyrostat: &Gyrostat,
         h: f64,
@@ -115,6 +121,10 @@ impl GyrostatRotation for DiscreteRotation<f64> {
 }
 
 impl GyrostatRotation for FreeRotation {
+    fn of_body(inertia: &Inertia) -> Self {
+        Self::new(inertia)
+    }
+
     fn of(
         gyrostat: &Gyrostat,
         h: f64,
@@ -124,7 +134,15 @@ impl GyrostatRotation for FreeRotation {
     }
 }
 
-impl<T> WheeledRotation<T> {
+impl<T: GyrostatRotation> ActuatedRotation<T> {
+    pub(super) fn new(body: &RigidBody) -> Self {
+        let wheels = body.wheels();
+        Self {
+            plain: T::of_body(body.inertia()),
+            gyrostat: wheels.map(|wheels| Gyrostat::new(body.inertia(), wheels.momentum())),
+        }
+    }
+
     /// Takes the present momentum of the wheels.
     pub(super) fn update(&mut self, body: &RigidBody) {
         if let (Some(gyrostat), Some(wheels)) = (&mut self.gyrostat, body.wheels()) {
@@ -133,7 +151,7 @@ impl<T> WheeledRotation<T> {
     }
 }
 
-impl<T: GyrostatRotation> BodyRotation for WheeledRotation<T> {
+impl<T: GyrostatRotation> BodyRotation for ActuatedRotation<T> {
     fn carry(
         &self,
         from: (&Matrix3<f64>, &Vector3<f64>),

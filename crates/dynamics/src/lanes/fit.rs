@@ -34,9 +34,9 @@ pub enum Unfit {
         /// Index of the body.
         body: usize,
     },
-    /// A body has reaction wheels.
-    #[error("body {body} has reaction wheels, expected none")]
-    Wheels {
+    /// A body has reaction wheels or thrusters.
+    #[error("body {body} has reaction wheels or thrusters, expected none")]
+    Actuators {
         /// Index of the body.
         body: usize,
     },
@@ -105,8 +105,8 @@ impl Layout {
         let mut motions = Vec::with_capacity(bodies.len());
         let mut shapes = Vec::with_capacity(bodies.len());
         for (index, body) in bodies.iter().enumerate() {
-            if body.wheels().is_some() {
-                return Err(Unfit::Wheels { body: index });
+            if body.has_actuators() {
+                return Err(Unfit::Actuators { body: index });
             }
             shapes.push(Shape::of(body).ok_or(Unfit::Distribution { body: index })?);
             let motion = Motion::of(body.mobility()).ok_or(Unfit::Mobility { body: index })?;

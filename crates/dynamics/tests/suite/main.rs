@@ -25,6 +25,7 @@ mod potentials;
 mod rotation;
 mod skips;
 mod taylor;
+mod thrusters;
 mod truncation;
 mod truth;
 mod wheels;

@@ -535,7 +535,7 @@ fn methods_without_wheels_say_so() {
     ] {
         let system = System::new(vec![body.clone()], vec![]);
         let refused = Simulation::new(system, vec![state], method, 0.1).err();
-        assert_eq!(refused, Some(MethodError::Wheels { method, body: 0 }));
+        assert_eq!(refused, Some(MethodError::Actuators { method, body: 0 }));
     }
 }
 

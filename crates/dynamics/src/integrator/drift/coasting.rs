@@ -107,7 +107,7 @@ impl Drift {
                 advance_coasting(all, bodies, states, kick, h, solutions, with)
             }
             // Those that coast turn with the others.
-            Movers::WheeledDiscrete(_) | Movers::WheeledExact(_) => {
+            Movers::ActuatedDiscrete(_) | Movers::ActuatedExact(_) => {
                 self.apply(bodies, states, kick, h, stage, Coasting::default())
             }
         }

@@ -1,11 +1,15 @@
 //! The node as a managed node: what it opens, the loop of the flight, and how it ends.
 
+mod commanding;
+mod publishing;
+mod summary;
+
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::Receiver;
 use std::time::{Duration, Instant};
 
-use lgvi_common::{Docked, Event, FlightReport, FramePrefix, Miss, body_sample};
+use lgvi_common::{Docked, Event, FlightReport, FramePrefix};
 use lgvi_dynamics::{BodyState, Invariants, Skip, StepError};
 use lgvi_middleware::ParameterSpec;
 use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
@@ -15,31 +19,21 @@ use lgvi_msgs::shm::{BodySample, Name};
 use lgvi_scene::Scene;
 use tracing::{info, warn};
 
+use self::commanding::Commanding;
 use crate::choosing;
-use crate::command::{Command, Target};
 use crate::config::{self, Config, Rates};
 use crate::cuts::Cuts;
-use crate::cycle::Cycle;
 use crate::flight::Flight;
 use crate::link::{self, LinkEnd, Published, Wait};
 use crate::lockstep::Lockstep;
-use crate::messages::state_header;
 use crate::monitor::Monitor;
 use crate::orders::{Order, Orders};
 use crate::pace::Pace;
 use crate::resolution::Resolution;
 use crate::sensors::Sensors;
-use crate::wrench::Terms;
-use crate::{ControlError, Controls};
 
 /// How often waiting looks whether it is over.
 const WAIT: Duration = Duration::from_millis(1);
-
-/// The same for the answer of a controller.
-const ANSWER: Duration = Duration::from_micros(20);
-
-/// How often a state is published until its first answer comes, and a warning comes at most.
-const PROMPT: Duration = Duration::from_secs(1);
 
 /// How long a step may be waited for at a stretch.
 const SLICE: Duration = Duration::from_millis(10);
@@ -81,16 +75,8 @@ pub(crate) struct Propagator {
     pace: Pace,
     /// Where it waits for plans made on the way.
     lockstep: Option<Lockstep>,
-    /// Where it waits for a controller from outside.
-    cycle: Option<Cycle>,
-    /// The commands taken for the present step, by the index of their target.
-    commands: Vec<Option<Command>>,
-    /// For what commands act, and the steps at which these are over.
-    acting: Vec<(Target, u64)>,
-    /// When it was last said that a command is over.
-    silence_told: Option<Instant>,
-    /// When the state that is waited at was last published.
-    asked: Instant,
+    /// Commands from outside.
+    commanding: Commanding,
     pub(crate) phase: Phase,
     pub(crate) paused: bool,
     /// Sequences accepted.
@@ -168,10 +154,7 @@ impl Managed for Propagator {
         let orders = Orders::serve(node, &scene)?;
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
         let sensors = Sensors::new(&scene, link.listened());
-        let cycle = Cycle::read(&node.parameters, &scene, &config.wrenches)?;
-        if let (Some(cycle), Some(terms)) = (&cycle, &mut config.terms) {
-            *terms = terms.for_steps(cycle.every());
-        }
+        let commanding = Commanding::new(&node.parameters, &scene, &config)?;
         let now = Instant::now();
         Ok(Self {
             outgoing: Vec::with_capacity(names.len()),
@@ -191,11 +174,7 @@ impl Managed for Propagator {
             stepping: None,
             pace: Pace::free(),
             lockstep: config.lockstep.then(|| Lockstep::new(&scene)).flatten(),
-            cycle,
-            commands: vec![None; 2 * scene.bodies.len()],
-            acting: Vec::new(),
-            silence_told: None,
-            asked: now,
+            commanding,
             phase: Phase::Unattended,
             paused: false,
             accepted: 0,
@@ -244,15 +223,12 @@ impl Propagator {
         while !node.interrupted() {
             self.heed(node)?;
             let held = self.phase == Phase::Flying && self.waits_for_plan(node);
-            let answered = self.phase == Phase::Flying && self.waits_for_command(node)?;
+            let unanswered = self.phase == Phase::Flying && self.waits_for_command(node)?;
             match self.phase {
                 Phase::Unattended => self.await_company()?,
                 Phase::Uncommanded => self.await_command(node)?,
                 Phase::Flying if held => std::thread::sleep(WAIT),
-                Phase::Flying if answered => {
-                    let silent = self.cycle.as_ref().is_some_and(Cycle::is_silent);
-                    std::thread::sleep(if silent { WAIT } else { ANSWER });
-                }
+                Phase::Flying if unanswered => std::thread::sleep(self.commanding.pause()),
                 Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
                 Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
             }
@@ -318,137 +294,6 @@ impl Propagator {
         }
         self.sense_again()?;
         self.publish(Wait::Always)
-    }
-
-    /// Accepts or refuses the control sequences that have come in.
-    fn take_controls(&mut self) {
-        while let Some(controls) = self.link.next_controls() {
-            let step = self.flight.step();
-            let verdict = self.flight.admit(controls).map(|()| step);
-            self.accepted += u64::from(verdict.is_ok());
-            self.late_controls += u64::from(matches!(verdict, Err(ControlError::Late { .. })));
-            self.link.answer(verdict);
-        }
-    }
-
-    /// Flies the last command for each target that has come in.
-    fn take_commands(&mut self) -> Result<(), NodeError> {
-        let Some(terms) = self.config.terms else {
-            return Ok(());
-        };
-        let step = self.flight.step();
-        let mut taken = 0;
-        while let Some(command) = self.link.next_command(taken) {
-            let cycle = self.cycle.as_ref();
-            if cycle.is_none_or(|cycle| cycle.admits(&self.scene, step, &command)) {
-                let place = &mut self.commands[command.target().index(&self.scene)];
-                taken += usize::from(place.is_none());
-                *place = Some(command);
-            }
-        }
-        for index in 0..self.commands.len() {
-            if taken == 0 {
-                break;
-            }
-            let Some(command) = self.commands[index].take() else {
-                continue;
-            };
-            taken -= 1;
-            if let Some(cycle) = &mut self.cycle {
-                cycle.note(step, command.target());
-            }
-            let first_step = terms.first_step(step);
-            if first_step < self.scene.steps {
-                self.fly_command(&command, &terms, first_step)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Flies a command from a step on, as the repetition reads it.
-    fn fly_command(
-        &mut self,
-        command: &Command,
-        terms: &Terms,
-        first_step: u64,
-    ) -> Result<(), NodeError> {
-        let sequence = command
-            .sequence(&self.scene, terms, first_step, self.flight.states())
-            .map_err(NodeError::runtime)?;
-        let controls = Controls::of_message(&self.scene, &sequence).map_err(NodeError::runtime)?;
-        let end = controls.end();
-        self.flight.accept(controls).map_err(NodeError::runtime)?;
-        self.accepted += 1;
-        let target = command.target();
-        self.acting.retain(|(other, _)| *other != target);
-        self.acting.push((target, end));
-        self.link.flies(sequence);
-        Ok(())
-    }
-
-    /// Says where the last command for a target is over, at most once a second.
-    fn note_silence(&mut self) {
-        let (step, before) = (self.flight.step(), self.acting.len());
-        self.acting.retain(|(target, end)| {
-            let quiet = |told: Instant| told.elapsed() < PROMPT;
-            if step >= *end && !self.silence_told.is_some_and(quiet) {
-                let what = target.describe(&self.scene);
-                warn!("no new {what}: none acts from step {step} on");
-            }
-            step < *end
-        });
-        if self.acting.len() < before {
-            self.silence_told = Some(Instant::now());
-        }
-    }
-
-    /// Whether it holds until a controller has answered the present state.
-    fn waits_for_command(&mut self, node: &Node) -> Result<bool, NodeError> {
-        let step = self.flight.step();
-        if step == self.scene.steps {
-            return Ok(false);
-        }
-        let Some(cycle) = &mut self.cycle else {
-            return Ok(false);
-        };
-        let waited = cycle.waits(&self.scene, step);
-        if waited && cycle.is_silent() && self.asked.elapsed() >= PROMPT {
-            // Who has come since has not seen it.
-            self.asked = Instant::now();
-            self.sense_again()?;
-            self.link.repeat(&self.flight);
-        }
-        if waited {
-            self.set_pace(node);
-        }
-        Ok(waited)
-    }
-
-    /// Whether a controller is to answer the state of a step.
-    pub(crate) fn is_answered(&self, step: u64) -> bool {
-        let cycle = self.cycle.as_ref();
-        cycle.is_some_and(|cycle| cycle.begins_at(step))
-    }
-
-    /// The states have been replaced: what came in answers others.
-    pub(crate) fn ask_again(&mut self) {
-        self.link.forget_commands();
-        self.sensors.begin(&self.flight);
-        if let Some(cycle) = &mut self.cycle {
-            cycle.ask_again();
-        }
-    }
-
-    /// Whether it holds until a plan made on the way has come; what is missed meanwhile is not made up for.
-    fn waits_for_plan(&mut self, node: &Node) -> bool {
-        let Some(lockstep) = &mut self.lockstep else {
-            return false;
-        };
-        let waited = lockstep.waits(&self.flight);
-        if waited {
-            self.set_pace(node);
-        }
-        waited
     }
 
     /// Makes the next step when its time has come, and publishes where it leads.
@@ -526,56 +371,6 @@ impl Propagator {
         NodeError::Runtime(format!("step {step}: {error}"))
     }
 
-    /// Publishes the present state where its turn has come, or in any case.
-    pub(crate) fn publish(&mut self, wait: Wait) -> Result<(), NodeError> {
-        let step = self.flight.step();
-        let answered = self.is_answered(step);
-        let always = step == self.scene.steps || wait == Wait::Always || answered;
-        if always || step.is_multiple_of(self.rates.state_every) {
-            self.sample()?;
-        }
-        if always || step.is_multiple_of(self.rates.ros_every) {
-            self.hand_over(if answered { Wait::Always } else { wait });
-        }
-        if answered {
-            self.link.wake();
-        }
-        Ok(())
-    }
-
-    /// Sends the present state over shared memory.
-    pub(crate) fn sample(&mut self) -> Result<(), NodeError> {
-        let step = self.flight.step();
-        let header = state_header(&self.scene, step, self.samples);
-        let (states, units) = (self.flight.states(), &self.scene.units);
-        let bodies = self.names.iter().zip(states);
-        self.outgoing.clear();
-        self.outgoing
-            .extend(bodies.map(|(&name, state)| body_sample(name, state, units)));
-        if let Some(sample) = self.outgoing.iter().find(|sample| !sample.is_finite()) {
-            let name = sample.name;
-            let message = format!("step {step} of {name}: the state is not finite in SI");
-            return Err(NodeError::Runtime(message));
-        }
-        self.states.send(header, &self.outgoing)?;
-        self.samples += 1;
-        self.sampled = Some(step);
-        self.monitor
-            .refused
-            .store(self.states.lost(), Ordering::Relaxed);
-        Ok(())
-    }
-
-    /// Hands the present state to the ROS side.
-    pub(crate) fn hand_over(&mut self, wait: Wait) {
-        let step = self.flight.step();
-        if self.link.publish(&self.flight, wait) {
-            self.handed = Some(step);
-        } else {
-            self.monitor.skipped.fetch_add(1, Ordering::Relaxed);
-        }
-    }
-
     /// Begins anew at step 0 of the scene.
     pub(crate) fn restart(&mut self) -> Result<(), NodeError> {
         self.flight.reset(&self.scene).map_err(NodeError::runtime)?;
@@ -584,11 +379,8 @@ impl Propagator {
         if let Some(lockstep) = &mut self.lockstep {
             lockstep.begin_anew();
         }
-        if let Some(cycle) = &mut self.cycle {
-            cycle.begin_anew();
-        }
         self.link.forget_commands();
-        self.acting.clear();
+        self.commanding.begin_anew();
         self.cost = 0.0;
         self.late_controls = 0;
         self.docked.clear();
@@ -604,47 +396,6 @@ impl Propagator {
         self.start = self.flight.invariants();
         self.resolution.begin(&self.flight);
         self.monitor.begin(&self.flight, &self.start);
-    }
-
-    pub(crate) fn report(&self) -> FlightReport {
-        let (start, end) = (&self.start, self.flight.invariants());
-        let units = &self.scene.units;
-        FlightReport {
-            steps: self.flight.step(),
-            step_size: self.scene.h() * units.time,
-            seconds: self.began.elapsed().as_secs_f64(),
-            miss: self.miss(),
-            cost: self.scene.maneuver.as_ref().map(|_| self.cost),
-            energy_start: start.energy * units.energy(),
-            energy_end: end.energy * units.energy(),
-            linear_momentum_change: (end.linear_momentum - start.linear_momentum).norm()
-                * units.momentum(),
-            angular_momentum_change: (end.angular_momentum - start.angular_momentum).norm()
-                * units.angular_momentum(),
-            orthogonality_error: end.orthogonality_error,
-            refused: self.states.lost(),
-            overruns: self.pace.overruns,
-            late_controls: self.late_controls,
-            cut_steps: self.cuts.total(),
-            detail_changes: self.flight.switches(),
-            docked: self.docked.clone(),
-        }
-    }
-
-    /// How far the flight has arrived from the maneuver's target.
-    fn miss(&self) -> Option<Miss> {
-        let body = self.scene.maneuver.as_ref()?.body;
-        let end = self.arrival.unwrap_or(self.flight.states()[body]);
-        let miss = self.scene.miss(&end)?;
-        let part = |which: usize| miss.fixed_rows::<3>(3 * which).norm();
-        let units = &self.scene.units;
-        Some(Miss {
-            position: part(0) * units.length,
-            linear_momentum: part(1) * units.momentum(),
-            attitude: part(2),
-            angular_momentum: part(3) * units.angular_momentum(),
-            norm: miss.norm(),
-        })
     }
 }
 

@@ -1,0 +1,203 @@
+//! How the flight's loop takes controls and commands from outside, and waits for them.
+
+use std::time::{Duration, Instant};
+
+use lgvi_middleware::Parameters;
+use lgvi_middleware::node::{Node, NodeError};
+use lgvi_scene::Scene;
+use tracing::warn;
+
+use super::{Propagator, WAIT};
+use crate::command::{Command, Target};
+use crate::config::Config;
+use crate::cycle::Cycle;
+use crate::wrench::Terms;
+use crate::{ControlError, Controls};
+
+/// How often waiting looks whether the answer of a controller has come.
+const ANSWER: Duration = Duration::from_micros(20);
+
+/// How often a state is published until its first answer comes, and a warning comes at most.
+const PROMPT: Duration = Duration::from_secs(1);
+
+/// The commands of a flight.
+pub(super) struct Commanding {
+    /// How they act; `None` where none are taken.
+    terms: Option<Terms>,
+    /// Where the flight waits for a controller.
+    cycle: Option<Cycle>,
+    /// Those taken for the present step, by the index of their target.
+    latest: Vec<Option<Command>>,
+    /// For what commands act, and the steps at which these are over.
+    acting: Vec<(Target, u64)>,
+    /// When it was last said that a command is over.
+    silence_told: Option<Instant>,
+    /// When the state that is waited at was last published.
+    asked: Instant,
+}
+
+impl Commanding {
+    pub(super) fn new(
+        parameters: &Parameters,
+        scene: &Scene,
+        config: &Config,
+    ) -> Result<Self, NodeError> {
+        let cycle = Cycle::read(parameters, scene, &config.wrenches)?;
+        let every = cycle.as_ref().map_or(1, Cycle::every);
+        Ok(Self {
+            terms: config.terms.map(|terms| terms.for_steps(every)),
+            cycle,
+            latest: vec![None; 2 * scene.bodies.len()],
+            acting: Vec::new(),
+            silence_told: None,
+            asked: Instant::now(),
+        })
+    }
+
+    /// How long to sleep until the answer of a controller is looked for again.
+    pub(super) fn pause(&self) -> Duration {
+        let silent = self.cycle.as_ref().is_some_and(Cycle::is_silent);
+        if silent { WAIT } else { ANSWER }
+    }
+
+    /// The flight begins anew.
+    pub(super) fn begin_anew(&mut self) {
+        if let Some(cycle) = &mut self.cycle {
+            cycle.begin_anew();
+        }
+        self.acting.clear();
+    }
+}
+
+impl Propagator {
+    /// Accepts or refuses the control sequences that have come in.
+    pub(super) fn take_controls(&mut self) {
+        while let Some(controls) = self.link.next_controls() {
+            let step = self.flight.step();
+            let verdict = self.flight.admit(controls).map(|()| step);
+            self.accepted += u64::from(verdict.is_ok());
+            self.late_controls += u64::from(matches!(verdict, Err(ControlError::Late { .. })));
+            self.link.answer(verdict);
+        }
+    }
+
+    /// Flies the last command for each target that has come in.
+    pub(super) fn take_commands(&mut self) -> Result<(), NodeError> {
+        let Some(terms) = self.commanding.terms else {
+            return Ok(());
+        };
+        let step = self.flight.step();
+        let mut taken = 0;
+        while let Some(command) = self.link.next_command(taken) {
+            let cycle = self.commanding.cycle.as_ref();
+            if cycle.is_none_or(|cycle| cycle.admits(&self.scene, step, &command)) {
+                let place = &mut self.commanding.latest[command.target().index(&self.scene)];
+                taken += usize::from(place.is_none());
+                *place = Some(command);
+            }
+        }
+        for index in 0..self.commanding.latest.len() {
+            if taken == 0 {
+                break;
+            }
+            let Some(command) = self.commanding.latest[index].take() else {
+                continue;
+            };
+            taken -= 1;
+            if let Some(cycle) = &mut self.commanding.cycle {
+                cycle.note(step, command.target());
+            }
+            let first_step = terms.first_step(step);
+            if first_step < self.scene.steps {
+                self.fly_command(&command, &terms, first_step)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Flies a command from a step on, as the repetition reads it.
+    fn fly_command(
+        &mut self,
+        command: &Command,
+        terms: &Terms,
+        first_step: u64,
+    ) -> Result<(), NodeError> {
+        let sequence = command
+            .sequence(&self.scene, terms, first_step, self.flight.states())
+            .map_err(NodeError::runtime)?;
+        let controls = Controls::of_message(&self.scene, &sequence).map_err(NodeError::runtime)?;
+        let end = controls.end();
+        self.flight.accept(controls).map_err(NodeError::runtime)?;
+        self.accepted += 1;
+        let target = command.target();
+        self.commanding.acting.retain(|(other, _)| *other != target);
+        self.commanding.acting.push((target, end));
+        self.link.flies(sequence);
+        Ok(())
+    }
+
+    /// Says where the last command for a target is over, at most once a second.
+    pub(super) fn note_silence(&mut self) {
+        let (step, before) = (self.flight.step(), self.commanding.acting.len());
+        self.commanding.acting.retain(|(target, end)| {
+            let quiet = |told: Instant| told.elapsed() < PROMPT;
+            if step >= *end && !self.commanding.silence_told.is_some_and(quiet) {
+                let what = target.describe(&self.scene);
+                warn!("no new {what}: none acts from step {step} on");
+            }
+            step < *end
+        });
+        if self.commanding.acting.len() < before {
+            self.commanding.silence_told = Some(Instant::now());
+        }
+    }
+
+    /// Whether it holds until a controller has answered the present state.
+    pub(super) fn waits_for_command(&mut self, node: &Node) -> Result<bool, NodeError> {
+        let step = self.flight.step();
+        if step == self.scene.steps {
+            return Ok(false);
+        }
+        let Some(cycle) = &mut self.commanding.cycle else {
+            return Ok(false);
+        };
+        let waited = cycle.waits(&self.scene, step);
+        if waited && cycle.is_silent() && self.commanding.asked.elapsed() >= PROMPT {
+            // Who has come since has not seen it.
+            self.commanding.asked = Instant::now();
+            self.sense_again()?;
+            self.link.repeat(&self.flight);
+        }
+        if waited {
+            self.set_pace(node);
+        }
+        Ok(waited)
+    }
+
+    /// Whether a controller is to answer the state of a step.
+    pub(crate) fn is_answered(&self, step: u64) -> bool {
+        let cycle = self.commanding.cycle.as_ref();
+        cycle.is_some_and(|cycle| cycle.begins_at(step))
+    }
+
+    /// The states have been replaced: what came in answers others.
+    pub(crate) fn ask_again(&mut self) {
+        self.link.forget_commands();
+        self.sensors.begin(&self.flight);
+        if let Some(cycle) = &mut self.commanding.cycle {
+            cycle.ask_again();
+        }
+    }
+
+    /// Whether it holds until a plan made on the way has come; what is missed meanwhile is not made up for.
+    pub(super) fn waits_for_plan(&mut self, node: &Node) -> bool {
+        let Some(lockstep) = &mut self.lockstep else {
+            return false;
+        };
+        let waited = lockstep.waits(&self.flight);
+        if waited {
+            self.set_pace(node);
+        }
+        waited
+    }
+}

@@ -1,0 +1,48 @@
+//! What is said of a flight that is over.
+
+use lgvi_common::{FlightReport, Miss};
+
+use super::Propagator;
+
+impl Propagator {
+    pub(crate) fn report(&self) -> FlightReport {
+        let (start, end) = (&self.start, self.flight.invariants());
+        let units = &self.scene.units;
+        FlightReport {
+            steps: self.flight.step(),
+            step_size: self.scene.h() * units.time,
+            seconds: self.began.elapsed().as_secs_f64(),
+            miss: self.miss(),
+            cost: self.scene.maneuver.as_ref().map(|_| self.cost),
+            energy_start: start.energy * units.energy(),
+            energy_end: end.energy * units.energy(),
+            linear_momentum_change: (end.linear_momentum - start.linear_momentum).norm()
+                * units.momentum(),
+            angular_momentum_change: (end.angular_momentum - start.angular_momentum).norm()
+                * units.angular_momentum(),
+            orthogonality_error: end.orthogonality_error,
+            refused: self.states.lost(),
+            overruns: self.pace.overruns,
+            late_controls: self.late_controls,
+            cut_steps: self.cuts.total(),
+            detail_changes: self.flight.switches(),
+            docked: self.docked.clone(),
+        }
+    }
+
+    /// How far the flight has arrived from the maneuver's target.
+    fn miss(&self) -> Option<Miss> {
+        let body = self.scene.maneuver.as_ref()?.body;
+        let end = self.arrival.unwrap_or(self.flight.states()[body]);
+        let miss = self.scene.miss(&end)?;
+        let part = |which: usize| miss.fixed_rows::<3>(3 * which).norm();
+        let units = &self.scene.units;
+        Some(Miss {
+            position: part(0) * units.length,
+            linear_momentum: part(1) * units.momentum(),
+            attitude: part(2),
+            angular_momentum: part(3) * units.angular_momentum(),
+            norm: miss.norm(),
+        })
+    }
+}

@@ -68,4 +68,4 @@ pub use mobility::{Drive, Mobility};
 pub use simulation::Simulation;
 pub use skip::Skip;
 pub use state::BodyState;
-pub use system::System;
+pub use system::{ActuatorStates, System};

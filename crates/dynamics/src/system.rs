@@ -1,7 +1,9 @@
+mod actuators;
+
+pub use actuators::ActuatorStates;
+
 use crate::gravity::{CloseApproach, Form, Gravity, Interaction, Kept, Level, Monopole};
 use crate::skip::Levels;
-use crate::thrusters::Thrusters;
-use crate::wheels::WheelState;
 use crate::{BodyState, Load, Mobility, RigidBody};
 
 /// Bodies and the gravity that acts on them.
@@ -48,53 +50,6 @@ impl System {
     /// The same, to set the states and commands of their actuators.
     pub fn bodies_mut(&mut self) -> &mut [RigidBody] {
         &mut self.bodies
-    }
-
-    /// The states of all wheels, body by body.
-    pub fn wheel_states(&self) -> impl Iterator<Item = WheelState> {
-        let each = self.bodies.iter().filter_map(RigidBody::wheels);
-        each.flat_map(|wheels| wheels.states().iter().copied())
-    }
-
-    /// Sets the states of all wheels, body by body; of more than there are, the rest is ignored.
-    pub fn set_wheel_states(&mut self, mut states: &[WheelState]) {
-        for wheels in self.bodies.iter_mut().filter_map(RigidBody::wheels_mut) {
-            let Some((own, others)) = states.split_at_checked(wheels.states().len()) else {
-                return;
-            };
-            wheels.set_states(own);
-            states = others;
-        }
-    }
-
-    /// The mass of the propellant that is left, for each body with thrusters.
-    pub fn propellants(&self) -> impl Iterator<Item = f64> {
-        let each = self.bodies.iter().filter_map(RigidBody::thrusters);
-        each.map(Thrusters::propellant_left)
-    }
-
-    /// The mean forces of all thrusters over the last step, body by body.
-    pub fn thrusts(&self) -> impl Iterator<Item = f64> {
-        let each = self.bodies.iter().filter_map(RigidBody::thrusters);
-        each.flat_map(|thrusters| thrusters.thrust().iter().copied())
-    }
-
-    /// Sets what [`propellants`](Self::propellants) and [`thrusts`](Self::thrusts) return.
-    pub fn set_thrusters(&mut self, propellants: &[f64], mut thrusts: &[f64]) {
-        let each = self
-            .bodies
-            .iter_mut()
-            .filter(|body| body.thrusters().is_some());
-        for (body, &left) in each.zip(propellants) {
-            body.set_propellant(left);
-            if let Some(thrusters) = body.thrusters_mut()
-                && let Some((own, others)) = thrusts.split_at_checked(thrusters.thrust().len())
-            {
-                thrusters.set_thrust(own);
-                thrusts = others;
-            }
-        }
-        self.take_masses();
     }
 
     /// Sets `loads` (one per body) to the gravity in `states`.
@@ -176,18 +131,6 @@ impl System {
             let each = self.gravity.iter_mut();
             for separable in each.filter_map(|gravity| gravity.separable()) {
                 separable.prepare(&self.bodies);
-            }
-        }
-    }
-
-    /// Takes the present masses of the bodies, where gravity is computed from them alone.
-    pub(crate) fn take_masses(&mut self) {
-        let bodies = &self.bodies;
-        let mass = |body: usize| bodies[body].attracted_mass();
-        for kept in self.selection.kept.iter_mut().flatten().flatten() {
-            kept.masses = mass(kept.body);
-            if kept.other != kept.body {
-                kept.masses *= mass(kept.other);
             }
         }
     }

@@ -1,5 +1,6 @@
 //! Compiles the parsed file to a scene that can be flown.
 
+mod actuators;
 mod body;
 mod disturbance;
 mod docking;
@@ -11,10 +12,9 @@ mod polyhedron;
 mod run;
 mod sensors;
 mod state;
-mod wheels;
 
+pub use actuators::{MAX_THRUSTERS, MAX_WHEELS};
 pub(crate) use maneuver::ConstraintFile;
-pub use wheels::MAX_WHEELS;
 
 use std::sync::Arc;
 
@@ -83,7 +83,7 @@ impl Scene {
         scene.frames = frame::frames(&scene, &file.frames)?;
         scene.sensors = sensors::sensors(&scene, &file.bodies, file.run.sensor_seed)?;
         scene.docking = docking::dockings(&scene, &file.docking)?;
-        wheels::check_run(&scene)?;
+        actuators::check_run(&scene)?;
         if let Some(file) = &file.maneuver {
             scene.maneuver = Some(maneuver::maneuver(&scene, file)?);
             if let Some(Err(error)) = scene.transfer() {
@@ -209,6 +209,9 @@ fn bodies(files: &[BodyFile], gravity: &SceneGravity) -> Result<Vec<NamedBody>, 
         state,
         mesh,
         wheels: file.wheels.iter().map(|wheel| wheel.name.clone()).collect(),
+        thrusters: (file.thrusters.iter())
+            .map(|thruster| thruster.name.clone())
+            .collect(),
         given: state::given(file),
     });
     Ok(named.collect())

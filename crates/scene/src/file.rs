@@ -12,7 +12,7 @@ use serde::Deserialize;
 
 pub(crate) use body::{
     AttitudeFile, BodyFile, ElementsFile, InertiaFile, MobilityFile, MultipoleFile, PointFile,
-    PolyhedronFile, RelativeFile, WheelFile,
+    PolyhedronFile, PropellantFile, RelativeFile, ThrusterFile, WheelFile,
 };
 pub(crate) use disturbance::DisturbanceFile;
 pub(crate) use docking::{DockingFile, PortFile};

@@ -65,7 +65,7 @@ mod suggestion;
 mod units;
 
 pub use chosen::Chosen;
-pub use compile::MAX_WHEELS;
+pub use compile::{MAX_THRUSTERS, MAX_WHEELS};
 pub use disturbance::{ActuatorErrors, Disturbance};
 pub use ensemble::{Deviation, Ensemble, Sample, Spread};
 pub use error::{LONGEST, SceneError, SchemeError};

@@ -79,8 +79,18 @@ pub struct NamedBody {
     pub mesh: Option<Arc<Polyhedron>>,
     /// Names of its reaction wheels, in their order.
     pub wheels: Vec<String>,
+    /// Names of its thrusters, in their order.
+    pub thrusters: Vec<String>,
     /// How the scene gives its state, unless by numbers in the inertial frame.
     pub given: Option<String>,
+}
+
+impl NamedBody {
+    /// Returns true if it loses mass.
+    pub fn has_propellant(&self) -> bool {
+        let thrusters = self.body.thrusters();
+        thrusters.is_some_and(|thrusters| thrusters.propellant().mass > 0.0)
+    }
 }
 
 /// Intervals of publication, in steps.

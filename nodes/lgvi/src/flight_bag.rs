@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use lgvi_bag::{BagReader, Message, Topic};
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
-use lgvi_msgs::sensor_msgs::JointState;
+use lgvi_msgs::std_msgs::Header;
 use lgvi_msgs::{RosMessage, cdr, stamp};
 use lgvi_propagator::Controls;
 use lgvi_scene::Scene;
@@ -178,16 +178,21 @@ impl FlightBag {
 }
 
 impl FlightBag {
-    /// The recorded joint states of a body, with their stamps (ns).
-    pub(crate) fn joint_states(&self, body: &str) -> Result<Vec<(i64, JointState)>, NodeError> {
-        let topic = format!("{}/joint_states/{body}", self.topics.node);
+    /// The recorded messages of a topic of a body, with their stamps (ns).
+    pub(crate) fn of_body<M: RosMessage>(
+        &self,
+        name: &str,
+        body: &str,
+        header: impl Fn(&M) -> &Header,
+    ) -> Result<Vec<(i64, M)>, NodeError> {
+        let topic = format!("{}/{name}/{body}", self.topics.node);
         let messages = self.reader.messages_of(0, |known| known.name == topic);
         let each = messages.map(|message| {
             let message = message.map_err(NodeError::input)?;
-            let state: JointState = decode(&message).map_err(|error| self.refuse(&error))?;
-            let stamp = stamp::from_message(&state.header.stamp);
+            let decoded: M = decode(&message).map_err(|error| self.refuse(&error))?;
+            let stamp = stamp::from_message(&header(&decoded).stamp);
             let stamp = stamp.map_err(|error| self.refuse(&format!("{topic}: {error}")))?;
-            Ok((stamp, state))
+            Ok((stamp, decoded))
         });
         each.collect()
     }

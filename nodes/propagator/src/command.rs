@@ -1,11 +1,11 @@
-//! What a controller from outside sends: wrenches on bodies, and torques for their wheels.
+//! What a controller from outside sends: wrenches on bodies, and efforts of their wheels and thrusters.
 
 use lgvi_dynamics::BodyState;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
 use lgvi_scene::Scene;
 
-use crate::torque::WheelTorques;
+use crate::effort::{Actuators, Efforts};
 use crate::wrench::{Terms, Wrench};
 
 /// A command that acts until another one for the same target comes, or its time is over.
@@ -13,8 +13,8 @@ use crate::wrench::{Terms, Wrench};
 pub(crate) enum Command {
     /// A force and a moment.
     Wrench(Wrench),
-    /// Torques of the wheels' motors.
-    Wheels(WheelTorques),
+    /// Torques of wheels, or forces of thrusters.
+    Efforts(Efforts),
 }
 
 /// What a command acts on.
@@ -22,16 +22,22 @@ pub(crate) enum Command {
 pub(crate) enum Target {
     /// The body of an index.
     Body(usize),
-    /// The wheels of a body.
-    Wheels(usize),
+    /// The wheels or the thrusters of a body.
+    Actuators(Actuators, usize),
 }
 
 impl Target {
-    /// All targets of a scene have different indices, below twice the number of its bodies.
-    pub(crate) fn index(self, scene: &Scene) -> usize {
+    /// The number of targets of so many bodies, more than any index.
+    pub(crate) fn count(bodies: usize) -> usize {
+        3 * bodies
+    }
+
+    /// All targets of so many bodies have different indices.
+    pub(crate) fn index(self, bodies: usize) -> usize {
         match self {
             Self::Body(body) => body,
-            Self::Wheels(body) => scene.bodies.len() + body,
+            Self::Actuators(Actuators::Wheels, body) => bodies + body,
+            Self::Actuators(Actuators::Thrusters, body) => 2 * bodies + body,
         }
     }
 
@@ -39,7 +45,13 @@ impl Target {
     pub(crate) fn describe(self, scene: &Scene) -> String {
         match self {
             Self::Body(body) => format!("wrench on {}", scene.bodies[body].name),
-            Self::Wheels(body) => format!("torque for the wheels of {}", scene.bodies[body].name),
+            Self::Actuators(actuators, body) => {
+                format!(
+                    "command for the {} of {}",
+                    actuators.name(),
+                    scene.bodies[body].name
+                )
+            }
         }
     }
 }
@@ -48,7 +60,7 @@ impl Command {
     pub(crate) fn target(&self) -> Target {
         match self {
             Self::Wrench(wrench) => Target::Body(wrench.body),
-            Self::Wheels(torques) => Target::Wheels(torques.body),
+            Self::Efforts(efforts) => Target::Actuators(efforts.actuators, efforts.body),
         }
     }
 
@@ -56,7 +68,7 @@ impl Command {
     pub(crate) fn stamp(&self) -> i64 {
         match self {
             Self::Wrench(wrench) => wrench.stamp,
-            Self::Wheels(torques) => torques.stamp,
+            Self::Efforts(efforts) => efforts.stamp,
         }
     }
 
@@ -73,7 +85,7 @@ impl Command {
     ) -> Result<ControlSequence, StampError> {
         match self {
             Self::Wrench(wrench) => wrench.sequence(scene, terms, first_step, &states[wrench.body]),
-            Self::Wheels(torques) => torques.sequence(scene, terms, first_step),
+            Self::Efforts(efforts) => efforts.sequence(scene, terms, first_step),
         }
     }
 }

@@ -102,13 +102,13 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
         ParameterSpec::new(
             "wrench_timeout",
             1.0,
-            "time for which a wrench or torques of wheels act unless others come (s); 0: take none",
+            "time for which a wrench or a command for wheels or thrusters acts unless another comes (s); 0: take none",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new(
             "wrench_delay",
             0.0,
-            "time from taking a wrench or torques of wheels until they act (s), rounded to steps",
+            "time from taking a wrench or a command for wheels or thrusters until it acts (s), rounded to steps",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new(
@@ -135,15 +135,21 @@ pub(crate) fn specifications() -> Vec<ParameterSpec> {
             "the same for torques of the wheels of these bodies",
         ),
         ParameterSpec::new(
+            "await_thrust",
+            Vec::<String>::new(),
+            "the same for forces of the thrusters of these bodies",
+        ),
+        ParameterSpec::new(
             "control_period",
             0.02,
-            "control period with await_wrench or await_wheels (s), a whole number of steps",
+            "control period with await_wrench, await_wheels or await_thrust (s), a whole number of steps",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new(
             "control_deadline",
             10.0,
-            "how long each command but the first is waited for with await_wrench or await_wheels (s); then the flight goes on",
+            "how long each command but the first is waited for with await_wrench, await_wheels or await_thrust (s); then the \
+             flight goes on",
         )
         .range(0.0, f64::MAX),
         ParameterSpec::new("clock", false, "publish the flight's time on /clock"),

@@ -6,6 +6,8 @@ use lgvi_msgs::stamp::{self, StampError};
 use lgvi_scene::Scene;
 use thiserror::Error;
 
+use crate::actuation::{Actuation, ActuationError};
+use crate::command::Target;
 use crate::law::{Law, LawError};
 
 /// Steps that an interval may last: whole numbers up to here are exact.
@@ -22,12 +24,10 @@ pub struct Controls {
     pub hold: u64,
     /// The axes of the forces. Moments are in those of the body.
     pub axes: ForceAxes,
-    /// One load an interval; none where only wheels are commanded.
+    /// One load an interval; none where actuators are commanded.
     pub loads: Vec<Load>,
-    /// The torques of the motors of the body's wheels, by rows an interval; none where they are not commanded.
-    pub torques: Vec<f64>,
-    /// Wheels of the body.
-    pub wheels: usize,
+    /// What commands the body's actuators.
+    pub actuation: Option<Actuation>,
     /// What corrects them in flight; none in open loop.
     pub law: Option<Law>,
 }
@@ -55,26 +55,9 @@ pub enum ControlError {
         /// Moments in it.
         moments: usize,
     },
-    /// Torques of wheels that do not fit the body's wheels or the other fields.
-    #[error(
-        "`feedback` has {found} numbers without forces, expected torques: one for each of the {wheels} wheels of {body:?} in each interval"
-    )]
-    Wheels {
-        /// Numbers in the sequence.
-        found: usize,
-        /// Wheels of the body.
-        wheels: usize,
-        /// The body.
-        body: String,
-    },
-    /// A torque that is NaN or infinite.
-    #[error("torque `feedback[{index}]` is {value}, expected a finite number")]
-    Torque {
-        /// Index of the number.
-        index: usize,
-        /// What it says.
-        value: f64,
-    },
+    /// Commands of actuators that are none.
+    #[error(transparent)]
+    Actuation(#[from] ActuationError),
     /// A time that is none.
     #[error("`header.stamp`: {0}")]
     Stamp(#[from] StampError),
@@ -206,11 +189,10 @@ impl Controls {
             first_step: message.first_step,
             hold,
             axes,
-            torques: match loads.is_empty() {
-                true => torques(scene, body, message)?,
-                false => Vec::new(),
+            actuation: match loads.is_empty() {
+                true => Some(Actuation::check(scene, body, &message.feedback)?),
+                false => None,
             },
-            wheels: scene.bodies[body].wheels.len(),
             loads,
             law,
         })
@@ -221,7 +203,7 @@ impl Controls {
         let law = self.law.as_ref().map_or(0, Law::size);
         size_of::<Self>()
             + size_of_val(self.loads.as_slice())
-            + size_of_val(self.torques.as_slice())
+            + self.actuation.as_ref().map_or(0, Actuation::size)
             + law
     }
 
@@ -232,17 +214,29 @@ impl Controls {
 
     /// The step at which the last interval ends.
     pub fn end(&self) -> u64 {
-        let rows = self.torques.len().checked_div(self.wheels).unwrap_or(0);
+        let rows = self.actuation.as_ref().map_or(0, Actuation::rows);
         let intervals = self.loads.len().max(rows);
         let length = self.hold.saturating_mul(intervals as u64);
         self.first_step.saturating_add(length)
     }
 
-    /// The torques of the wheels' motors during `step`; `None` before the first interval, empty after the last.
-    pub(crate) fn torques_during(&self, step: u64) -> Option<&[f64]> {
-        let first = self.interval(step)?.saturating_mul(self.wheels);
-        let row = first..first.saturating_add(self.wheels);
-        Some(self.torques.get(row).unwrap_or_default())
+    /// The efforts of the actuators during `step`, and the steps for which they have acted; `None` before the first interval,
+    /// empty after the last.
+    pub(crate) fn efforts_during(&self, step: u64) -> Option<(&[f64], u64)> {
+        let row = self.interval(step)?;
+        let efforts = self.actuation.as_ref().map(|given| given.row(row));
+        Some((
+            efforts.unwrap_or_default(),
+            (step - self.first_step) % self.hold,
+        ))
+    }
+
+    /// What the sequence acts on.
+    pub(crate) fn target(&self) -> Target {
+        match &self.actuation {
+            Some(actuation) => Target::Actuators(actuation.actuators, self.body),
+            None => Target::Body(self.body),
+        }
     }
 
     /// The load during `step`, in the axes of the sequence and without feedback; `None` before the first interval, zero
@@ -328,31 +322,4 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
             Ok(scene.units.load_from_si(&load))
         })
         .collect()
-}
-
-/// The torques of the wheels of a message without forces, in the scene's units.
-fn torques(
-    scene: &Scene,
-    body: usize,
-    message: &ControlSequence,
-) -> Result<Vec<f64>, ControlError> {
-    let found = message.feedback.len();
-    let wheels = scene.bodies[body].wheels.len();
-    if wheels == 0 || !found.is_multiple_of(wheels) {
-        return Err(ControlError::Wheels {
-            found,
-            wheels,
-            body: scene.bodies[body].name.clone(),
-        });
-    }
-    let each = message.feedback.iter().enumerate();
-    each.map(|(index, &value)| {
-        let torque = value / scene.units.energy();
-        if torque.is_finite() {
-            Ok(torque)
-        } else {
-            Err(ControlError::Torque { index, value })
-        }
-    })
-    .collect()
 }

@@ -8,6 +8,7 @@ use lgvi_scene::Scene;
 use tracing::warn;
 
 use crate::command::{Command, Target};
+use crate::effort::Actuators;
 
 /// The control periods of a flight in lockstep.
 pub(crate) struct Cycle {
@@ -40,13 +41,17 @@ impl Cycle {
         let on_bodies = named(parameters, scene, "await_wrench", |index| {
             wrenches.contains(&index)
         })?;
-        let on_wheels = named(parameters, scene, "await_wheels", |index| {
-            wrenches.contains(&index) && !scene.bodies[index].wheels.is_empty()
-        })?;
-        let on_bodies = on_bodies.into_iter().map(Target::Body);
-        let targets: Vec<_> = on_bodies
-            .chain(on_wheels.into_iter().map(Target::Wheels))
-            .collect();
+        let mut targets: Vec<_> = on_bodies.into_iter().map(Target::Body).collect();
+        for (parameter, actuators) in [
+            ("await_wheels", Actuators::Wheels),
+            ("await_thrust", Actuators::Thrusters),
+        ] {
+            let bodies = named(parameters, scene, parameter, |index| {
+                wrenches.contains(&index) && !actuators.of(scene, index).is_empty()
+            })?;
+            let each = bodies.into_iter();
+            targets.extend(each.map(|body| Target::Actuators(actuators, body)));
+        }
         if targets.is_empty() {
             return Ok(None);
         }

@@ -1,20 +1,22 @@
 use std::sync::Arc;
 
 use lgvi_dynamics::docking::Docked;
-use lgvi_dynamics::wheels::WheelState;
 use lgvi_dynamics::{
-    BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport, System,
+    ActuatorStates, BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport,
+    System,
 };
-use lgvi_scene::{ActuatorErrors, Energies, MAX_WHEELS, Scene, Scheme, SchemeError};
+use lgvi_scene::{ActuatorErrors, Energies, MAX_THRUSTERS, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
+use crate::command::Target;
+use crate::effort::Actuators;
 use crate::{ControlError, Controls, SetStates};
 
 /// The most sequences that are kept for one body.
 const SEQUENCES: usize = 64;
 
-/// The torques of wheels that nobody commands, of as many as a body can have.
-const NO_TORQUES: [f64; MAX_WHEELS] = [0.0; MAX_WHEELS];
+/// The efforts of actuators that nobody commands, of as many as a body can have.
+const NO_EFFORTS: [f64; MAX_THRUSTERS] = [0.0; MAX_THRUSTERS];
 
 /// The most memory that the sequences of all bodies may take (byte).
 const MEMORY: usize = 512 << 20;
@@ -28,15 +30,15 @@ pub struct Flight {
     scheme: Scheme,
     /// Substeps above which a step was cut; none where steps are never cut.
     whole: Option<u32>,
-    /// Accepted sequences by body, then those for its wheels by body, oldest first; those that can no longer act are dropped.
+    /// Accepted sequences by target, oldest first; those that can no longer act are dropped.
     accepted: Vec<Vec<Arc<Controls>>>,
     /// Which body's controls act other than they are meant, and by how much.
     errors: Option<(usize, ActuatorErrors)>,
     loads: Vec<Load>,
     /// The scene's steps.
     steps: u64,
-    /// The bodies that have wheels, and how many.
-    wheels: Vec<(usize, usize)>,
+    /// The actuators of all bodies, and how many.
+    actuators: Vec<(Actuators, usize, usize)>,
 }
 
 /// States that a flight cannot go on from.
@@ -69,15 +71,16 @@ impl Flight {
             scheme,
             whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
-            accepted: (0..2 * bodies)
+            accepted: (0..Target::count(bodies))
                 .map(|_| Vec::with_capacity(SEQUENCES))
                 .collect(),
             errors: scene.actuator_errors(),
             loads: vec![Load::default(); bodies],
             steps: scene.steps,
-            wheels: (scene.bodies.iter().enumerate())
-                .map(|(index, body)| (index, body.wheels.len()))
-                .filter(|(_, count)| *count > 0)
+            actuators: (0..bodies)
+                .flat_map(|body| [(Actuators::Wheels, body), (Actuators::Thrusters, body)])
+                .map(|(actuators, body)| (actuators, body, actuators.of(scene, body).len()))
+                .filter(|(.., count)| *count > 0)
                 .collect(),
         })
     }
@@ -140,13 +143,9 @@ impl Flight {
         Ok(())
     }
 
-    /// Which of the accepted sequences a sequence is among: those for its body, or those for the wheels of the body.
+    /// Which of the accepted sequences a sequence is among: those with its target.
     fn channel(&self, controls: &Controls) -> usize {
-        if controls.loads.is_empty() {
-            self.loads.len() + controls.body
-        } else {
-            controls.body
-        }
+        controls.target().index(self.loads.len())
     }
 
     /// Lets go of the sequences of a channel that others have taken the place of.
@@ -184,11 +183,10 @@ impl Flight {
         let mut all = self.simulation.states().to_vec();
         states.write(&mut all);
         let mut trial = scene.simulation_from(all, self.scheme)?;
-        trial.set_wheel_states(&self.wheel_states().collect::<Vec<_>>());
+        trial.set_actuator_states(&ActuatorStates::of(self.system()));
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
-        let of_wheels = &self.accepted[self.loads.len()..];
-        command_wheels(&mut trial, &self.wheels, of_wheels, self.step());
+        command_actuators(&mut trial, &self.actuators, &self.accepted, self.step());
         trial
             .advance(&loads)
             .map_err(|error| SetStatesError::Step(scene.step_error(&error)))?;
@@ -241,9 +239,8 @@ impl Flight {
         let mut loads = std::mem::take(&mut self.loads);
         self.command(&mut loads, self.simulation.states());
         self.loads = loads;
-        let of_wheels = &self.accepted[self.loads.len()..];
         let step = self.simulation.step();
-        command_wheels(&mut self.simulation, &self.wheels, of_wheels, step);
+        command_actuators(&mut self.simulation, &self.actuators, &self.accepted, step);
         self.simulation.advance(&self.loads)
     }
 
@@ -274,11 +271,6 @@ impl Flight {
         &self.loads
     }
 
-    /// The states of all wheels, body by body.
-    pub fn wheel_states(&self) -> impl Iterator<Item = WheelState> {
-        self.simulation.system().wheel_states()
-    }
-
     /// The bodies and their gravity.
     pub fn system(&self) -> &System {
         self.simulation.system()
@@ -305,19 +297,25 @@ impl Flight {
     }
 }
 
-/// Commands the wheels of a simulation, by their bodies and numbers, for its next step, which is this one of the flight.
-/// `accepted` are the sequences for wheels by body.
-fn command_wheels(
+/// Commands the actuators of a simulation for its next step, which is this one of the flight. `accepted` are the sequences by
+/// target.
+fn command_actuators(
     simulation: &mut Simulation,
-    wheels: &[(usize, usize)],
+    all: &[(Actuators, usize, usize)],
     accepted: &[Vec<Arc<Controls>>],
     step: u64,
 ) {
-    for &(body, count) in wheels {
-        let mut latest = accepted[body].iter().rev();
-        let torques = latest.find_map(|controls| controls.torques_during(step));
-        let torques = torques.filter(|torques| !torques.is_empty());
-        simulation.set_wheel_commands(body, torques.unwrap_or(&NO_TORQUES[..count]));
+    let bodies = simulation.states().len();
+    for &(actuators, body, count) in all {
+        let channel = Target::Actuators(actuators, body).index(bodies);
+        let mut latest = accepted[channel].iter().rev();
+        let given = latest.find_map(|controls| controls.efforts_during(step));
+        let given = given.filter(|(efforts, _)| !efforts.is_empty());
+        let (efforts, age) = given.unwrap_or((&NO_EFFORTS[..count], 0));
+        match actuators {
+            Actuators::Wheels => simulation.set_wheel_commands(body, efforts),
+            Actuators::Thrusters => simulation.set_thruster_commands(body, efforts, age),
+        }
     }
 }
 

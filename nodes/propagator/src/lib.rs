@@ -5,6 +5,7 @@
 //! queues. [`Flight`] is the flight itself, free of any middleware: what it does depends on the scene and the accepted
 //! controls only, so that a recorded flight can be repeated bit for bit.
 
+mod actuation;
 mod choosing;
 mod command;
 mod config;
@@ -12,6 +13,7 @@ mod controls;
 mod cuts;
 mod cycle;
 mod docked;
+mod effort;
 mod ending;
 mod flight;
 mod law;
@@ -26,11 +28,11 @@ mod resolution;
 mod run;
 mod sensors;
 mod set_states;
-mod torque;
 mod wrench;
 
 use std::process::ExitCode;
 
+pub use actuation::{Actuation, ActuationError};
 pub use controls::{ControlError, Controls, ForceAxes};
 pub use flight::{Flight, SetStatesError};
 pub use law::{Law, LawError};

@@ -135,7 +135,7 @@ impl Monitor {
         let seen = lock(&self.seen);
         self.asked.store(true, Ordering::Release);
         let mut system = self.scene.system();
-        system.set_wheel_states(&seen.state.wheels);
+        system.set_actuator_states(&seen.state.actuators);
         let now = Invariants::of(&system, &seen.state.states);
         let start = &seen.start;
         let units = &self.scene.units;

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::Simulation;
 use crate::thrusters::{Firing, ThrusterState};
 use crate::wheels::WheelState;
-use crate::{BodyState, Load, RigidBody, StepError, StepReport};
+use crate::{ActuatorStates, BodyState, Load, RigidBody, StepError, StepReport};
 
 /// What a step begins with.
 #[derive(Default)]
@@ -132,9 +132,9 @@ impl Simulation {
         made
     }
 
-    /// Sets the states of all wheels, body by body.
-    pub fn set_wheel_states(&mut self, states: &[WheelState]) {
-        self.system.set_wheel_states(states);
+    /// Sets the states of wheels and thrusters.
+    pub fn set_actuator_states(&mut self, states: &ActuatorStates) {
+        self.system.set_actuator_states(states);
     }
 
     /// Sets the torques that the motors of a body's wheels are asked for from the next step on, one per wheel. Without

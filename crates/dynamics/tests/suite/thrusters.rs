@@ -7,8 +7,8 @@ use lgvi_dynamics::skip::Skip;
 use lgvi_dynamics::thrusters::{Propellant, Thruster, Thrusters};
 use lgvi_dynamics::wheels::{ReactionWheel, Wheels};
 use lgvi_dynamics::{
-    BodyError, BodyState, Inertia, Load, Method, MethodError, PointMass, RigidBody, Simulation,
-    System,
+    ActuatorStates, BodyError, BodyState, Inertia, Load, Method, MethodError, PointMass, RigidBody,
+    Simulation, System,
 };
 
 const METHODS: [Method; 11] = [
@@ -173,7 +173,7 @@ fn found(simulation: &Simulation) -> [Vector3<f64>; 3] {
 }
 
 fn left(simulation: &Simulation) -> f64 {
-    simulation.system().propellants().next().expect("thrusters")
+    ActuatorStates::of(simulation.system()).propellants[0]
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn a_pulse_begins_after_its_delay() {
     let thrusts: Vec<_> = (0..16)
         .map(|_| {
             fly(&mut simulation, 1);
-            simulation.system().thrusts().next().expect("one")
+            ActuatorStates::of(simulation.system()).thrusts[0]
         })
         .collect();
     let pulse = [0.0, 0.0, 2.0, 2.0, 1.0, 0.0, 0.0, 0.0];
@@ -402,7 +402,11 @@ fn wheels_and_thrusters_act_at_once() {
     let mut expected = simulation.invariants();
     let impulse = |simulation: &Simulation, at: &BodyState| {
         let mut change = (Vector3::zeros(), Vector3::zeros());
-        for (thruster, thrust) in craft.thrusters.iter().zip(simulation.system().thrusts()) {
+        for (thruster, thrust) in craft
+            .thrusters
+            .iter()
+            .zip(ActuatorStates::of(simulation.system()).thrusts)
+        {
             let force = thrust * thruster.direction.normalize();
             change.0 += 0.005 * (at.attitude * force);
             change.1 += 0.005 * (at.attitude * thruster.position.cross(&force));

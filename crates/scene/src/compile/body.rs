@@ -2,8 +2,8 @@ use lgvi_dynamics::gravity::{Moments, Multipole, Polyhedron};
 use lgvi_dynamics::{BodyError, Drive, Inertia, Mobility, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
+use super::actuators;
 use super::polyhedron::{DEGREE, polyhedron, work as work_of};
-use super::wheels;
 use crate::file::{BodyFile, InertiaFile, MobilityFile, MultipoleFile, PointFile, PolyhedronFile};
 use crate::{SceneError, check};
 
@@ -23,7 +23,7 @@ pub(super) fn body(
         .map_err(|_| {
             SceneError::value(format!("{key}.radius"), file.radius, "a finite number ≥ 0")
         })?;
-    Ok((wheels::with_wheels(key, file, body)?, mesh))
+    Ok((actuators::with_actuators(key, file, body)?, mesh))
 }
 
 fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {
@@ -194,20 +194,26 @@ fn point(file: &PointFile) -> PointMass {
 
 fn given_inertia(key: &str, file: &BodyFile) -> Result<Inertia, SceneError> {
     let key = format!("{key}.inertia");
-    let (matrix, written) = match file.inertia {
+    match &file.inertia {
+        Some(given) => inertia(&key, given),
         None => {
             let expected = "three principal moments or a 3×3 matrix";
-            return Err(SceneError::missing(key, expected));
+            Err(SceneError::missing(key, expected))
         }
-        Some(InertiaFile::Principal(moments)) => (
-            Matrix3::from_diagonal(&Vector3::from(moments)),
+    }
+}
+
+pub(super) fn inertia(key: &str, file: &InertiaFile) -> Result<Inertia, SceneError> {
+    let (matrix, written) = match file {
+        InertiaFile::Principal(moments) => (
+            Matrix3::from_diagonal(&Vector3::from(*moments)),
             format!("{moments:?}"),
         ),
-        Some(InertiaFile::Matrix(rows)) => (check::matrix(rows), format!("{rows:?}")),
+        InertiaFile::Matrix(rows) => (check::matrix(*rows), format!("{rows:?}")),
     };
     Inertia::new(matrix).map_err(|error| SceneError::Value {
         line: None,
-        key,
+        key: key.to_owned(),
         value: written,
         expected: format!("the inertia of a rigid body: {error}"),
     })

@@ -24,8 +24,8 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
         SceneError::unknown("maneuver.body", &file.body, &names)
     })?;
-    if scene.bodies[body].body.wheels().is_some() {
-        let expected = "a body without `wheels`, which the planner does not know";
+    if scene.bodies[body].body.has_actuators() {
+        let expected = "a body without `wheels` and `thrusters`, which the planner does not know";
         return Err(SceneError::value("maneuver.body", &file.body, expected));
     }
     check_field(scene, body)?;

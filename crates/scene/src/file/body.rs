@@ -25,6 +25,11 @@ pub(crate) struct BodyFile {
     /// pivoted body.
     #[serde(default)]
     pub wheels: Vec<WheelFile>,
+    /// Thrusters, 64 at most; only of a free or pivoted body.
+    #[serde(default)]
+    pub thrusters: Vec<ThrusterFile>,
+    /// The propellant of the thrusters, which is part of `mass` and `inertia`, about the center of mass.
+    pub propellant: Option<PropellantFile>,
     /// Two bodies may not come closer than the sum of their radii.
     #[serde(default)]
     pub radius: f64,
@@ -71,6 +76,43 @@ pub(crate) struct WheelFile {
     /// Coulomb friction, a torque; 0 by default.
     #[serde(default)]
     pub coulomb_friction: f64,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ThrusterFile {
+    /// Name of the thruster, which commands and states use.
+    pub name: String,
+    /// Position of the nozzle, body frame.
+    pub position: [f64; 3],
+    /// Direction of the force on the body, body frame, of any length.
+    pub direction: [f64; 3],
+    /// Force while the valve is open.
+    pub thrust: f64,
+    /// Effective exhaust velocity: specific impulse times 9.80665 m/s². By default the thruster uses no propellant.
+    pub exhaust_velocity: Option<f64>,
+    /// Time from one opening of the valve to the next, a whole number of steps. By default 0: a pulse in each step, which is
+    /// a force of any size.
+    #[serde(default)]
+    pub pulse_period: f64,
+    /// Least impulse of a pulse, for less than which the valve remains shut; 0 by default.
+    #[serde(default)]
+    pub minimum_impulse: f64,
+    /// Time from a command until the valve moves; 0 by default.
+    #[serde(default)]
+    pub delay: f64,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct PropellantFile {
+    /// Mass at the start.
+    pub mass: f64,
+    /// Principal moments of inertia of the propellant, or the 3×3 matrix, about the body's center of mass, body frame; by
+    /// default that of the body times the propellant's share of its mass.
+    pub inertia: Option<InertiaFile>,
 }
 
 #[derive(Deserialize)]

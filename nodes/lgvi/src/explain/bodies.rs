@@ -9,6 +9,8 @@ pub(super) struct Body {
     pub(super) kind: &'static str,
     /// Names of its reaction wheels.
     pub(super) wheels: Vec<String>,
+    /// Names of its thrusters.
+    pub(super) thrusters: Vec<String>,
     pub(super) mobility: &'static str,
     pub(super) distribution: String,
     /// How the scene gives the initial state, unless by numbers in the inertial frame.
@@ -39,6 +41,7 @@ impl Body {
             name: named.name.clone(),
             kind: kind(&named.body.locked_inertia()),
             wheels: named.wheels.clone(),
+            thrusters: named.thrusters.clone(),
             mobility: match named.body.mobility() {
                 Mobility::Free => "free",
                 Mobility::Pivoted => "pivoted",

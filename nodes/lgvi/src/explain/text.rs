@@ -19,9 +19,11 @@ impl Display for Explanation {
                 "\n  body        {}: {}, {}, {}",
                 body.name, body.kind, body.mobility, body.distribution
             )?;
-            if !body.wheels.is_empty() {
-                let wheels = body.wheels.join(", ");
-                write!(f, "\n  wheels      of {}: {wheels}", body.name)?;
+            for (what, names) in [("wheels", &body.wheels), ("thrusters", &body.thrusters)] {
+                if names.is_empty() {
+                    continue;
+                }
+                write!(f, "\n  {what:<12}of {}: {}", body.name, names.join(", "))?;
             }
             if let Some(given) = &body.given {
                 write!(

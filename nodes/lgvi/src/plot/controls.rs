@@ -103,8 +103,7 @@ mod tests {
             hold: 1,
             axes: ForceAxes::Inertial,
             loads: vec![load; count],
-            torques: Vec::new(),
-            wheels: 0,
+            actuation: None,
             law: None,
         }
     }

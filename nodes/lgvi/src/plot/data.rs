@@ -12,6 +12,7 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::controls::Track;
 use super::thin::Thinned;
+use super::thrusters::{Firing, ThrusterRecord};
 use super::wheels::{Wheel, WheelRecord};
 use crate::bars;
 use crate::flight_bag::FlightBag;
@@ -45,6 +46,8 @@ pub(crate) struct Sample {
     pub(crate) angular_momentum: Vector3<f64>,
     /// The wheels of the bodies that have some, by the index of the body.
     pub(super) wheels: Vec<(usize, Vec<Wheel>)>,
+    /// The thrusters of the bodies that have some.
+    pub(super) firings: Vec<Firing>,
 }
 
 /// Where a body is and how it turns.
@@ -109,7 +112,7 @@ impl FlightData {
         let courses = bag.courses()?;
         let course = courses.last().ok_or_else(|| refuse("no states".into()))?;
         let mut system = scene.system();
-        let wheels = WheelRecord::read(&bag)?;
+        let actuators = (WheelRecord::read(&bag)?, ThrusterRecord::read(&bag)?);
         let mut samples = Thinned::new(SAMPLES);
         let (mut recorded, mut reached) = (0, None);
         let bar = bars::bar("reading", bag.state_count(), "states");
@@ -125,7 +128,7 @@ impl FlightData {
             }
             recorded += 1;
             reached = Some(step);
-            let sample = sample(&scene, &mut system, &wheels, &state);
+            let sample = sample(&scene, &mut system, &actuators, &state);
             let sample = sample.map_err(|error| refuse(format!("step {step}: {error}")))?;
             if let Some(sample) = sample {
                 samples.push(sample);
@@ -136,7 +139,9 @@ impl FlightData {
         if samples.is_empty() {
             let expected = match recorded {
                 0 => "no states, expected at least one",
-                _ => "no joint states beside the states, expected those of all bodies with wheels",
+                _ => {
+                    "no states of actuators beside the states, expected those of all bodies with wheels or thrusters"
+                }
             };
             return Err(refuse(expected.into()));
         }
@@ -207,11 +212,11 @@ impl FlightData {
     }
 }
 
-/// The recorded state, with the wheels in the system; `None` if joint states are missing for it.
+/// The recorded state, with the actuators in the system; `None` if their states are missing for it.
 fn sample(
     scene: &Scene,
     system: &mut System,
-    wheels: &WheelRecord,
+    (wheels, thrusters): &(WheelRecord, ThrusterRecord),
     state: &SystemState,
 ) -> Result<Option<Sample>, String> {
     let (found, expected) = (state.bodies.len(), scene.bodies.len());
@@ -241,6 +246,9 @@ fn sample(
             state.time
         ));
     }
+    let Some(firings) = thrusters.at(scene, state.step, system) else {
+        return Ok(None);
+    };
     let Some(wheels) = wheels.at(scene, state.step, &states, system) else {
         return Ok(None);
     };
@@ -281,6 +289,7 @@ fn sample(
         linear_momentum: invariants.linear_momentum * units.momentum(),
         angular_momentum: invariants.angular_momentum * units.angular_momentum(),
         wheels,
+        firings,
     }))
 }
 
@@ -315,8 +324,7 @@ impl FlightData {
                 hold: steps,
                 axes: lgvi_propagator::ForceAxes::Inertial,
                 loads: vec![load],
-                torques: Vec::new(),
-                wheels: 0,
+                actuation: None,
                 law: None,
             };
             tracks[body].accept(&controls, steps, |_| Matrix3::identity());
@@ -340,7 +348,7 @@ impl FlightData {
                 bodies: bodies.collect(),
                 ..SystemState::default()
             };
-            let sample = sample(&scene, &mut system, &WheelRecord::default(), &state);
+            let sample = sample(&scene, &mut system, &Default::default(), &state);
             samples.extend(sample.unwrap());
             simulation.advance(&loads).unwrap();
         }

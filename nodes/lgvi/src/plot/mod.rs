@@ -27,6 +27,7 @@ mod space;
 mod style;
 mod subject;
 pub(crate) mod thin;
+mod thrusters;
 mod ticks;
 mod tumbling;
 mod view;

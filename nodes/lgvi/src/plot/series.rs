@@ -11,7 +11,7 @@ use super::data::{FlightData, Pose, Sample};
 use super::proximity::Proximity;
 use super::subject::{Subject, heaviest, named};
 use super::thin::envelope;
-use super::{kept, limits, style, wheels};
+use super::{kept, limits, style, thrusters, wheels};
 
 /// Twice this is how many points a curve has at most.
 const BUCKETS: usize = 500;
@@ -97,6 +97,7 @@ pub(super) fn panels(flight: &FlightData, subject: Subject) -> Vec<Panel> {
         panels.extend(control(flight, &moment));
     }
     panels.extend(wheels::panels(flight));
+    panels.extend(thrusters::panels(flight));
     panels.extend(margins(flight));
     if matches!(subject, Subject::Turning | Subject::Tumbling) {
         panels.extend([attitude(flight), rates(flight)]);

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use lgvi_dynamics::{BodyState, System};
 use lgvi_middleware::node::NodeError;
+use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_scene::Scene;
 
 use super::data::FlightData;
@@ -32,7 +33,8 @@ impl WheelRecord {
         let wheeled = bodies.filter(|(_, body)| !body.wheels.is_empty());
         let each = wheeled.map(|(index, body)| {
             let mut states = BTreeMap::new();
-            for (stamp, state) in bag.joint_states(&body.name)? {
+            let recorded = bag.of_body("joint_states", &body.name, |s: &JointState| &s.header)?;
+            for (stamp, state) in recorded {
                 let fits = state.name == body.wheels
                     && state.velocity.len() == state.name.len()
                     && state.effort.len() == state.name.len();

@@ -84,6 +84,7 @@ pub(crate) fn fly(
         let awaited = [
             list("await_wrench", &options.await_wrench),
             list("await_wheels", &options.await_wheels),
+            list("await_thrust", &options.await_thrust),
         ];
         if awaited.iter().any(Option::is_some) {
             let period = format!("control_period:={:?}", options.control_period);

@@ -27,7 +27,7 @@ use crate::values;
 
 /// The command line of `lgvi run`.
 #[derive(Args)]
-#[command(group = ArgGroup::new("awaited").multiple(true).args(["await_wrench", "await_wheels"]))]
+#[command(group = ArgGroup::new("awaited").multiple(true).args(["await_wrench", "await_wheels", "await_thrust"]))]
 pub(crate) struct Options {
     #[command(flatten)]
     input: SceneInput,
@@ -50,7 +50,10 @@ pub(crate) struct Options {
     /// The same for torques of the wheels of this body.
     #[arg(long, value_name = "BODY")]
     await_wheels: Vec<String>,
-    /// Control period with --await-wrench or --await-wheels, a whole number of steps.
+    /// The same for forces of the thrusters of this body.
+    #[arg(long, value_name = "BODY")]
+    await_thrust: Vec<String>,
+    /// Control period with --await-wrench, --await-wheels or --await-thrust, a whole number of steps.
     #[arg(long, value_name = "SECONDS", value_parser = values::rate, requires = "awaited", default_value_t = 0.02)]
     control_period: f64,
     /// Do not draw the flight.

@@ -9,17 +9,26 @@ use crate::parameters::{list, path, text};
 /// The topics that are recorded from DDS, with their types. Full-rate states come from shared memory.
 pub(super) fn topics(scene: &Scene, planned: bool) -> Vec<(String, &'static str)> {
     // Before those that the flight waits for.
-    let wheeled = scene.bodies.iter().filter(|body| !body.wheels.is_empty());
-    let joints = wheeled.map(|body| {
-        let topic = format!("/lgvi_propagator/joint_states/{}", body.name);
-        (topic, "sensor_msgs/msg/JointState")
+    let actuators = scene.bodies.iter().flat_map(|body| {
+        let (joints, inertia) = (
+            "sensor_msgs/msg/JointState",
+            "geometry_msgs/msg/InertiaStamped",
+        );
+        [
+            ("joint_states", joints, !body.wheels.is_empty()),
+            ("thruster_states", joints, !body.thrusters.is_empty()),
+            ("inertia", inertia, body.has_propellant()),
+        ]
+        .into_iter()
+        .filter(|(.., has)| *has)
+        .map(|(name, kind, _)| (format!("/lgvi_propagator/{name}/{}", body.name), kind))
     });
     let sensors = scene.sensors.iter().map(|sensor| {
         let (kind, body) = (sensor.kind.name(), &scene.bodies[sensor.body].name);
         let topic = format!("/lgvi_propagator/{kind}/{body}/{}", sensor.name);
         (topic, sensor.kind.message_type())
     });
-    let mut topics: Vec<_> = joints.chain(sensors).collect();
+    let mut topics: Vec<_> = actuators.chain(sensors).collect();
     topics.extend([
         ("/lgvi_propagator/scene".into(), "lgvi_msgs/msg/Scene"),
         (

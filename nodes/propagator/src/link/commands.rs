@@ -1,4 +1,4 @@
-//! The commands that come in over ROS 2: wrenches, and torques for wheels.
+//! The commands that come in over ROS 2: wrenches, and efforts of wheels and thrusters.
 
 use std::fmt::Display;
 use std::pin::pin;
@@ -14,7 +14,7 @@ use rtrb::Producer;
 use tracing::warn;
 
 use crate::command::{Command, Target};
-use crate::torque::{TorqueError, WheelTorques};
+use crate::effort::{Actuators, EffortError, Efforts};
 use crate::wrench::{Wrench, WrenchError};
 
 /// Messages of a body that may wait.
@@ -26,7 +26,7 @@ const PATIENCE: Duration = Duration::from_secs(1);
 /// Receives commands and hands them to the loop.
 pub(super) struct Commands {
     wrenches: Vec<(usize, Subscription<WrenchStamped>)>,
-    torques: Vec<(usize, Subscription<JointState>)>,
+    efforts: Vec<((Actuators, usize), Subscription<JointState>)>,
     inlet: Inlet,
 }
 
@@ -37,7 +37,7 @@ struct Inlet {
 }
 
 impl Commands {
-    /// Subscribes to `~/wrench/<body>` of these bodies, and to `~/wheel_torque/<body>` of those among them that have wheels.
+    /// Subscribes to the wrenches on these bodies, and to the efforts of their actuators.
     pub(super) fn new(
         ros: &RosNode,
         scene: &Scene,
@@ -49,16 +49,18 @@ impl Commands {
             let topic = format!("~/wrench/{}", scene.bodies[body].name);
             Ok::<_, NodeError>((body, ros.subscription(&topic, &qos)?))
         });
-        let wheeled = bodies
-            .iter()
-            .filter(|body| !scene.bodies[**body].wheels.is_empty());
-        let torques = wheeled.map(|&body| {
-            let topic = format!("~/wheel_torque/{}", scene.bodies[body].name);
-            Ok::<_, NodeError>((body, ros.subscription(&topic, &qos)?))
-        });
+        let mut efforts = Vec::new();
+        for &body in bodies {
+            for actuators in [Actuators::Wheels, Actuators::Thrusters] {
+                if !actuators.of(scene, body).is_empty() {
+                    let topic = actuators.topic(scene, body);
+                    efforts.push(((actuators, body), ros.subscription(&topic, &qos)?));
+                }
+            }
+        }
         Ok(Self {
             wrenches: wrenches.collect::<Result<_, _>>()?,
-            torques: torques.collect::<Result<_, _>>()?,
+            efforts,
             inlet: Inlet {
                 loop_end,
                 warned: None,
@@ -79,14 +81,17 @@ impl Commands {
                 self.inlet.pass(scene, Target::Body(*body), checked);
             }
         }
-        for (body, subscription) in &self.torques {
+        for ((actuators, body), subscription) in &self.efforts {
             while let Poll::Ready(received) = pin!(subscription.recv()).poll(context) {
                 any = true;
                 let checked = received
-                    .map_err(|error| TorqueError::Undecodable(error.to_string()))
-                    .and_then(|sample| WheelTorques::of_message(scene, *body, &sample.message));
-                let checked = checked.map(Command::Wheels);
-                self.inlet.pass(scene, Target::Wheels(*body), checked);
+                    .map_err(|error| EffortError::Undecodable(error.to_string()))
+                    .and_then(|sample| {
+                        Efforts::of_message(scene, (*actuators, *body), &sample.message)
+                    });
+                let checked = checked.map(Command::Efforts);
+                let target = Target::Actuators(*actuators, *body);
+                self.inlet.pass(scene, target, checked);
             }
         }
         any

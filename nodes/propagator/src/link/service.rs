@@ -36,7 +36,7 @@ const IDLE: Duration = Duration::from_millis(50);
 /// The thread's end of the link.
 pub(super) struct Link {
     pub(super) scene: Arc<Scene>,
-    /// For the invariants, and for the speeds of wheels.
+    /// For the invariants, and for what actuators change.
     pub(super) system: System,
     pub(super) names: Vec<Name>,
     pub(super) topics: Topics,
@@ -191,7 +191,7 @@ impl Link {
             topics.state.send(&message);
             *sequence += 1;
         }
-        self.system.set_wheel_states(&snapshot.wheels);
+        self.system.set_actuator_states(&snapshot.actuators);
         for (body, topic) in &mut topics.joints {
             if topic.wanted()
                 && let Ok(message) = messages::joint_state(scene, &self.system, *body, snapshot)
@@ -199,9 +199,24 @@ impl Link {
                 topic.send(&message);
             }
         }
-        for (body, topic) in topics.odometry.iter_mut().enumerate() {
+        for (body, topic) in &mut topics.thrusters {
             if topic.wanted()
-                && let Ok(message) = messages::odometry(scene, body, snapshot)
+                && let Ok(message) = messages::thruster_states(scene, &self.system, *body, snapshot)
+            {
+                topic.send(&message);
+            }
+        }
+        for (body, topic) in &mut topics.inertias {
+            if topic.wanted()
+                && let Ok(message) = messages::inertia(scene, &self.system, *body, snapshot)
+            {
+                topic.send(&message);
+            }
+        }
+        for (body, topic) in topics.odometry.iter_mut().enumerate() {
+            let rigid = &self.system.bodies()[body];
+            if topic.wanted()
+                && let Ok(message) = messages::odometry(scene, rigid, body, snapshot)
             {
                 topic.send(&message);
             }
@@ -323,7 +338,7 @@ impl Link {
 /// The sequence without its feedback law.
 fn open_loop(scene: &Scene, message: &ControlSequence) -> ControlSequence {
     if message.force.is_empty() {
-        // Torques of wheels.
+        // Commands of actuators.
         return message.clone();
     }
     ControlSequence {

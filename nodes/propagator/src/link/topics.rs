@@ -2,13 +2,15 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
 use lgvi_middleware::node::{Node, NodeError};
-use lgvi_middleware::ros::Qos;
+use lgvi_middleware::ros::{Qos, RosNode};
+use lgvi_msgs::RosMessage;
+use lgvi_msgs::geometry_msgs::InertiaStamped;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_msgs::tf2_msgs::TFMessage;
 use lgvi_msgs::visualization_msgs::MarkerArray;
-use lgvi_scene::Scene;
+use lgvi_scene::{NamedBody, Scene};
 use rtrb::Consumer;
 
 use super::clock::FlightClock;
@@ -29,6 +31,10 @@ pub(super) struct Topics {
     pub(super) odometry: Vec<Counted<Odometry>>,
     /// The wheels of the bodies that have some.
     pub(super) joints: Vec<(usize, Counted<JointState>)>,
+    /// The thrusters of the bodies that have some.
+    pub(super) thrusters: Vec<(usize, Counted<JointState>)>,
+    /// Mass and inertia of the bodies with propellant.
+    pub(super) inertias: Vec<(usize, Counted<InertiaStamped>)>,
     pub(super) tf: Counted<TFMessage>,
     pub(super) invariants: Counted<msg::Invariants>,
     pub(super) scene: Counted<msg::Scene>,
@@ -39,6 +45,29 @@ pub(super) struct Topics {
     pub(super) intervention: Counted<Intervention>,
     pub(super) clock: Option<FlightClock>,
     pub(super) sensors: SensorTopics,
+}
+
+/// Makes topics that only some bodies have.
+struct OfBodies<'a> {
+    ros: &'a RosNode,
+    scene: &'a Scene,
+    lossless: &'a Arc<AtomicBool>,
+}
+
+impl OfBodies<'_> {
+    fn topics<M: RosMessage + Send + Sync + 'static>(
+        &self,
+        name: &str,
+        has: impl Fn(&NamedBody) -> bool,
+    ) -> Result<Vec<(usize, Counted<M>)>, NodeError> {
+        let qos = Qos::reliable(STREAM_DEPTH);
+        let bodies = self.scene.bodies.iter().enumerate();
+        let topics = bodies.filter(|(_, body)| has(body)).map(|(index, body)| {
+            let topic = format!("~/{name}/{}", body.name);
+            Ok((index, Counted::new(self.ros, &topic, &qos, self.lossless)?))
+        });
+        topics.collect()
+    }
 }
 
 impl Topics {
@@ -58,13 +87,11 @@ impl Topics {
             }
             Counted::new(ros, &format!("~/odometry/{}", body.name), &stream, lossless)
         });
-        let wheeled = scene.bodies.iter().enumerate();
-        let joints = wheeled
-            .filter(|(_, body)| !body.wheels.is_empty())
-            .map(|(index, body)| {
-                let topic = format!("~/joint_states/{}", body.name);
-                Ok::<_, NodeError>((index, Counted::new(ros, &topic, &stream, lossless)?))
-            });
+        let of_bodies = OfBodies {
+            ros,
+            scene,
+            lossless,
+        };
         let once = Qos::latched(1);
         let tf_static = (!scene.frames.is_empty())
             .then(|| Counted::new(ros, "/tf_static", &once, lossless))
@@ -80,7 +107,9 @@ impl Topics {
             sensors: SensorTopics::new(ros, scene, lossless, readings)?,
             state: Counted::new(ros, "~/state", &stream, lossless)?,
             odometry: odometry.collect::<Result<_, _>>()?,
-            joints: joints.collect::<Result<_, _>>()?,
+            joints: of_bodies.topics("joint_states", |body| !body.wheels.is_empty())?,
+            thrusters: of_bodies.topics("thruster_states", |body| !body.thrusters.is_empty())?,
+            inertias: of_bodies.topics("inertia", NamedBody::has_propellant)?,
             tf: Counted::new(ros, "/tf", &stream, lossless)?,
             invariants: Counted::new(ros, "~/invariants", &stream, lossless)?,
         })
@@ -90,17 +119,16 @@ impl Topics {
     pub(super) fn wanted(&self) -> bool {
         // All are asked, for the counts.
         let odometry = self.odometry.iter().filter(|topic| topic.wanted()).count();
-        let joints = self
-            .joints
-            .iter()
-            .filter(|(_, topic)| topic.wanted())
-            .count();
+        let joints = self.joints.iter().chain(&self.thrusters);
+        let joints = joints.filter(|(_, topic)| topic.wanted()).count();
+        let inertias = self.inertias.iter();
+        let inertias = inertias.filter(|(_, topic)| topic.wanted()).count();
         let others = [
             self.state.wanted(),
             self.tf.wanted(),
             self.invariants.wanted(),
         ];
-        odometry + joints > 0 || others.contains(&true)
+        odometry + joints + inertias > 0 || others.contains(&true)
     }
 
     /// Whether odometry, tf and invariants have `count` subscribers each.
@@ -124,7 +152,13 @@ impl Topics {
             &self.intervention,
         ];
         outgoing.extend(self.odometry.iter().map(|topic| topic as &dyn Outgoing));
-        outgoing.extend(self.joints.iter().map(|(_, topic)| topic as &dyn Outgoing));
+        let joints = self.joints.iter().chain(&self.thrusters);
+        outgoing.extend(joints.map(|(_, topic)| topic as &dyn Outgoing));
+        outgoing.extend(
+            self.inertias
+                .iter()
+                .map(|(_, topic)| topic as &dyn Outgoing),
+        );
         outgoing.extend(self.sensors.outgoing());
         outgoing.extend(self.tf_static.iter().map(|topic| topic as &dyn Outgoing));
         outgoing
@@ -134,7 +168,9 @@ impl Topics {
     pub(super) fn counts(&self) -> Vec<Arc<Counts>> {
         let mut counts = vec![self.state.counts()];
         counts.extend(self.odometry.iter().map(Counted::counts));
-        counts.extend(self.joints.iter().map(|(_, topic)| topic.counts()));
+        let joints = self.joints.iter().chain(&self.thrusters);
+        counts.extend(joints.map(|(_, topic)| topic.counts()));
+        counts.extend(self.inertias.iter().map(|(_, topic)| topic.counts()));
         counts.extend([
             self.tf.counts(),
             self.invariants.counts(),

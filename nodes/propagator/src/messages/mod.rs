@@ -6,6 +6,7 @@ mod transforms;
 
 pub(crate) use markers::markers;
 pub(crate) use states::{
-    Snapshot, intervention, invariants, joint_state, odometry, state_header, system_state,
+    Snapshot, inertia, intervention, invariants, joint_state, odometry, state_header, system_state,
+    thruster_states,
 };
 pub(crate) use transforms::{static_transforms, transforms};

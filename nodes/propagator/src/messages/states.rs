@@ -1,14 +1,16 @@
 //! ROS messages of a state.
 
 use lgvi_common::{body_sample, header, pose};
-use lgvi_dynamics::wheels::WheelState;
-use lgvi_dynamics::{BodyState, System};
-use lgvi_msgs::geometry_msgs::{PoseWithCovariance, Twist, TwistWithCovariance, Vector3};
+use lgvi_dynamics::{ActuatorStates, BodyState, RigidBody, System};
+use lgvi_msgs::geometry_msgs::{
+    Inertia, InertiaStamped, PoseWithCovariance, Twist, TwistWithCovariance, Vector3,
+};
 use lgvi_msgs::msg::{self, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_msgs::shm::{ConversionError, Name, StateHeader};
 use lgvi_msgs::stamp::StampError;
+use lgvi_msgs::std_msgs::Header;
 use lgvi_scene::Scene;
 
 use crate::Flight;
@@ -18,8 +20,7 @@ use crate::Flight;
 pub(crate) struct Snapshot {
     pub(crate) step: u64,
     pub(crate) states: Vec<BodyState>,
-    /// The states of all wheels, body by body.
-    pub(crate) wheels: Vec<WheelState>,
+    pub(crate) actuators: ActuatorStates,
     /// Whether it has been published before: then only joint states and odometry are.
     pub(crate) again: bool,
 }
@@ -30,7 +31,7 @@ impl Snapshot {
         Self {
             step: 0,
             states: scene.bodies.iter().map(|body| body.state).collect(),
-            wheels: scene.system().wheel_states().collect(),
+            actuators: ActuatorStates::of(&scene.system()),
             again: false,
         }
     }
@@ -39,8 +40,7 @@ impl Snapshot {
     pub(crate) fn take(&mut self, flight: &Flight) {
         self.step = flight.step();
         self.states.copy_from_slice(flight.states());
-        self.wheels.clear();
-        self.wheels.extend(flight.wheel_states());
+        self.actuators.take(flight.system());
     }
 }
 
@@ -86,18 +86,18 @@ pub(crate) fn intervention(
     })
 }
 
-/// Pose in the inertial frame, twist in the body's (REP 105).
+/// Pose in the inertial frame, twist in the body's (REP 105). `rigid` is the body in its present state.
 pub(crate) fn odometry(
     scene: &Scene,
+    rigid: &RigidBody,
     body: usize,
     snapshot: &Snapshot,
 ) -> Result<Odometry, StampError> {
     let state = &snapshot.states[body];
     let named = &scene.bodies[body];
     let units = &scene.units;
-    let velocity =
-        state.attitude.tr_mul(&state.velocity(&named.body)) * (units.length / units.time);
-    let angular_velocity = state.angular_velocity(&named.body) / units.time;
+    let velocity = state.attitude.tr_mul(&state.velocity(rigid)) * (units.length / units.time);
+    let angular_velocity = state.angular_velocity(rigid) / units.time;
     Ok(Odometry {
         header: header(scene, snapshot.step)?,
         child_frame_id: named.frame.clone(),
@@ -123,14 +123,13 @@ pub(crate) fn joint_state(
     snapshot: &Snapshot,
 ) -> Result<JointState, StampError> {
     let mut message = JointState {
-        header: header(scene, snapshot.step)?,
+        header: Header {
+            frame_id: scene.bodies[body].frame.clone(),
+            ..header(scene, snapshot.step)?
+        },
         name: scene.bodies[body].wheels.clone(),
         ..JointState::default()
     };
-    message
-        .header
-        .frame_id
-        .clone_from(&scene.bodies[body].frame);
     let rigid = &system.bodies()[body];
     let rate = snapshot.states[body].angular_velocity(rigid);
     if let Some(wheels) = rigid.wheels() {
@@ -143,6 +142,58 @@ pub(crate) fn joint_state(
         }
     }
     Ok(message)
+}
+
+/// The thrusters of a body, which the system has in their present state: their mean forces over the last step.
+pub(crate) fn thruster_states(
+    scene: &Scene,
+    system: &System,
+    body: usize,
+    snapshot: &Snapshot,
+) -> Result<JointState, StampError> {
+    let named = &scene.bodies[body];
+    let thrusters = system.bodies()[body].thrusters();
+    let thrust = thrusters.map_or(&[][..], |thrusters| thrusters.thrust());
+    Ok(JointState {
+        header: Header {
+            frame_id: named.frame.clone(),
+            ..header(scene, snapshot.step)?
+        },
+        name: named.thrusters.clone(),
+        effort: (thrust.iter())
+            .map(|thrust| thrust * scene.units.force())
+            .collect(),
+        ..JointState::default()
+    })
+}
+
+/// The present mass and inertia of a body, which the system has in their present state; of one with wheels, with these locked.
+pub(crate) fn inertia(
+    scene: &Scene,
+    system: &System,
+    body: usize,
+    snapshot: &Snapshot,
+) -> Result<InertiaStamped, StampError> {
+    let (units, rigid) = (&scene.units, &system.bodies()[body]);
+    let unit = units.mass * units.length * units.length;
+    let locked = rigid.locked_inertia();
+    let entry = |row, column| unit * locked.matrix()[(row, column)];
+    Ok(InertiaStamped {
+        header: Header {
+            frame_id: scene.bodies[body].frame.clone(),
+            ..header(scene, snapshot.step)?
+        },
+        inertia: Inertia {
+            m: rigid.mass() * units.mass,
+            com: Vector3::default(),
+            ixx: entry(0, 0),
+            ixy: entry(0, 1),
+            ixz: entry(0, 2),
+            iyy: entry(1, 1),
+            iyz: entry(1, 2),
+            izz: entry(2, 2),
+        },
+    })
 }
 
 pub(crate) fn invariants(
@@ -196,7 +247,7 @@ mod tests {
         let scene = Scene::parse("test", text).unwrap();
         let mut snapshot = Snapshot::new(&scene);
         snapshot.step = 5;
-        let odometry = odometry(&scene, 0, &snapshot).unwrap();
+        let odometry = odometry(&scene, &scene.bodies[0].body, 0, &snapshot).unwrap();
         assert_eq!(odometry.header.frame_id, "inertial");
         assert_eq!(odometry.child_frame_id, "ball");
         assert_eq!(odometry.header.stamp.sec, 946_728_002);

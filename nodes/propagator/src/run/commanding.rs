@@ -47,7 +47,7 @@ impl Commanding {
         Ok(Self {
             terms: config.terms.map(|terms| terms.for_steps(every)),
             cycle,
-            latest: vec![None; 2 * scene.bodies.len()],
+            latest: vec![None; Target::count(scene.bodies.len())],
             acting: Vec::new(),
             silence_told: None,
             asked: Instant::now(),
@@ -91,7 +91,8 @@ impl Propagator {
         while let Some(command) = self.link.next_command(taken) {
             let cycle = self.commanding.cycle.as_ref();
             if cycle.is_none_or(|cycle| cycle.admits(&self.scene, step, &command)) {
-                let place = &mut self.commanding.latest[command.target().index(&self.scene)];
+                let place =
+                    &mut self.commanding.latest[command.target().index(self.scene.bodies.len())];
                 taken += usize::from(place.is_none());
                 *place = Some(command);
             }

@@ -7,8 +7,8 @@
 //!
 //! because a constant `f` in turning axes makes `Δ = ∫ R₀ exp(tθ/T) f dt = T R₀ J_l(θ) f`. `Δ` is the increment of the
 //! velocity of the point of its mount, less that of gravity at the center of mass `C`. On a body that is free, nothing but
-//! loads `F` moves `C` beside gravity, so `Δ = Δ(v − v_C) + Σ F h/m`, and gravity itself is not needed. Bodies that have
-//! docked have one center of mass. On a body that is held or driven, `Δ = Δv − ½ (g₀ + g₁) T`.
+//! loads `F` and thrusters, which change its velocity by `Σ δ`, moves `C` beside gravity, so `Δ = Δ(v − v_C) + Σ (F h/m + δ)`,
+//! and gravity itself is not needed. Bodies that have docked have one center of mass. On a body that is held or driven, `Δ = Δv − ½ (g₀ + g₁) T`.
 
 use lgvi_dynamics::docking::Docked;
 use lgvi_dynamics::{BodyState, Load, Mobility, System};
@@ -28,9 +28,9 @@ pub(super) struct Increments {
     /// The gravity on bodies that are not free, and room for its loads.
     held: Option<(System, Vec<Load>)>,
     period: Option<Period>,
-    /// The momentum of each member at the beginning, and the sum of the forces on it since then.
-    momenta: Vec<Vector3<f64>>,
-    forces: Vec<Vector3<f64>>,
+    /// The velocity of each member at the beginning, and its change since then by loads and thrusters.
+    velocities: Vec<Vector3<f64>>,
+    changes: Vec<Vector3<f64>>,
 }
 
 struct Period {
@@ -67,8 +67,8 @@ impl Increments {
                 )
             }),
             period: None,
-            momenta: vec![Vector3::zeros(); members.len()],
-            forces: vec![Vector3::zeros(); members.len()],
+            velocities: vec![Vector3::zeros(); members.len()],
+            changes: vec![Vector3::zeros(); members.len()],
             members,
         }
     }
@@ -84,10 +84,11 @@ impl Increments {
     /// Begins a period at the present step.
     pub(super) fn begin(&mut self, flight: &Flight, mount: &Mount) {
         let states = flight.states();
-        for (momentum, member) in self.momenta.iter_mut().zip(&self.members) {
-            *momentum = states[*member].linear_momentum;
+        let bodies = flight.system().bodies();
+        for (velocity, &member) in self.velocities.iter_mut().zip(&self.members) {
+            *velocity = states[member].velocity(&bodies[member]);
         }
-        self.forces.fill(Vector3::zeros());
+        self.changes.fill(Vector3::zeros());
         self.period = Some(Period {
             first_step: flight.step(),
             attitude: states[self.members[0]].attitude,
@@ -96,11 +97,17 @@ impl Increments {
         });
     }
 
-    /// A step has been made under these loads.
-    pub(super) fn add(&mut self, loads: &[Load]) {
-        if self.period.is_some() {
-            for (force, member) in self.forces.iter_mut().zip(&self.members) {
-                *force += loads[*member].force;
+    /// The flight has made a step of length `h`.
+    pub(super) fn add(&mut self, flight: &Flight, h: f64) {
+        if self.period.is_none() {
+            return;
+        }
+        let bodies = flight.system().bodies();
+        for (change, &member) in self.changes.iter_mut().zip(&self.members) {
+            let body = &bodies[member];
+            *change += (h / body.mass()) * flight.loads()[member].force;
+            if let Some(thrusters) = body.thrusters() {
+                *change += thrusters.velocity_change();
             }
         }
     }
@@ -127,15 +134,16 @@ impl Increments {
         let time = steps as f64 * scene.h();
         let mut increment = velocity - period.velocity;
         if free {
-            let (mut mass, mut force, mut change) = (0.0, Vector3::zeros(), Vector3::zeros());
+            let (mut mass, mut change) = (0.0, Vector3::zeros());
             for (index, &member) in self.members.iter().enumerate() {
                 if self.together[member] {
-                    mass += flight.system().bodies()[member].mass();
-                    force += self.forces[index];
-                    change += states[member].linear_momentum - self.momenta[index];
+                    let body = &flight.system().bodies()[member];
+                    let whole = states[member].velocity(body) - self.velocities[index];
+                    mass += body.mass();
+                    change += body.mass() * (self.changes[index] - whole);
                 }
             }
-            increment += (force * scene.h() - change) / mass;
+            increment += change / mass;
         } else {
             increment -= 0.5 * (period.gravity + gravity) * time;
         }

@@ -151,7 +151,7 @@ impl Sensors {
     pub(crate) fn arrive(&mut self, flight: &Flight) {
         for unit in &mut self.units {
             if let Some(increments) = &mut unit.increments {
-                increments.add(flight.loads());
+                increments.add(flight, self.scene.h());
             }
         }
         if flight.step() == self.due {

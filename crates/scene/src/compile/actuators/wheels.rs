@@ -1,9 +1,10 @@
+use lgvi_dynamics::RigidBody;
 use lgvi_dynamics::wheels::{ReactionWheel, Wheels};
-use lgvi_dynamics::{Mobility, RigidBody};
 use nalgebra::Vector3;
 
+use super::{check_mobility, check_names};
 use crate::file::{BodyFile, WheelFile};
-use crate::{Integration, Scene, SceneError, Skipping, check};
+use crate::{SceneError, check};
 
 /// Largest number of wheels of a body.
 pub const MAX_WHEELS: usize = 16;
@@ -22,20 +23,11 @@ pub(super) fn with_wheels(
         let expected = format!("{MAX_WHEELS} wheels at most");
         return Err(SceneError::value(key(""), file.wheels.len(), expected));
     }
-    if !matches!(body.mobility(), Mobility::Free | Mobility::Pivoted) {
-        let expected = "none: only a free or pivoted body has wheels";
-        return Err(SceneError::value(key(""), file.wheels.len(), expected));
-    }
-    let mut wheels = Vec::new();
-    for (index, wheel) in file.wheels.iter().enumerate() {
-        wheels.push(one(&key(&format!("[{index}]")), wheel)?);
-        let mut others = file.wheels[..index].iter();
-        if others.any(|other| other.name == wheel.name) {
-            let expected = "a name that no other wheel of the body has";
-            let key = key(&format!("[{index}].name"));
-            return Err(SceneError::value(key, &wheel.name, expected));
-        }
-    }
+    check_mobility(&key(""), file.wheels.len(), &body)?;
+    check_names(&key(""), file.wheels.iter().map(|wheel| &wheel.name))?;
+    let each = file.wheels.iter().enumerate();
+    let wheels = each.map(|(index, wheel)| one(&key(&format!("[{index}]")), wheel));
+    let wheels = wheels.collect::<Result<_, _>>()?;
     let refuse = |error: &dyn std::fmt::Display| {
         let expected = format!("wheels that are part of the body's inertia: {error}");
         SceneError::value(key(""), file.wheels.len(), expected)
@@ -46,7 +38,6 @@ pub(super) fn with_wheels(
 
 fn one(key: &str, file: &WheelFile) -> Result<ReactionWheel, SceneError> {
     let key = |name: &str| format!("{key}.{name}");
-    check::name(&key("name"), &file.name)?;
     let axis = check::vector(&key("axis"), file.axis)?;
     if axis == Vector3::zeros() {
         return Err(SceneError::value(
@@ -79,26 +70,4 @@ fn one(key: &str, file: &WheelFile) -> Result<ReactionWheel, SceneError> {
         return Err(SceneError::value(key("speed"), file.speed, expected));
     }
     Ok(wheel)
-}
-
-/// Pilot flights do not know wheels, nor do joined bodies.
-pub(super) fn check_run(scene: &Scene) -> Result<(), SceneError> {
-    let mut bodies = scene.bodies.iter();
-    if !bodies.any(|named| named.body.wheels().is_some()) {
-        return Ok(());
-    }
-    if !scene.docking.is_empty() {
-        let expected = "none in a scene in which bodies have `wheels`";
-        return Err(SceneError::value("docking", scene.docking.len(), expected));
-    }
-    if matches!(scene.integration, Integration::Auto { .. }) {
-        let expected = "the name of an integrator beside `wheels`, which `auto` does not know";
-        let value = scene.integration.to_string();
-        return Err(SceneError::value("run.integrator", value, expected));
-    }
-    if let Skipping::Within(tolerance) = scene.skipping {
-        let expected = "\"exact\" or \"nothing\" beside `wheels`, which the pilot flights for a tolerance do not know";
-        return Err(SceneError::value("run.skip", tolerance, expected));
-    }
-    Ok(())
 }

@@ -1,0 +1,84 @@
+//! The states of the wheels and thrusters of all bodies.
+
+use super::System;
+use crate::RigidBody;
+use crate::wheels::WheelState;
+
+/// What the wheels and thrusters of a system are in, apart from pulses on their way.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ActuatorStates {
+    /// The states of all wheels, body by body.
+    pub wheels: Vec<WheelState>,
+    /// The mass of the propellant that is left, for each body with thrusters.
+    pub propellants: Vec<f64>,
+    /// The mean forces of all thrusters over the last step, body by body.
+    pub thrusts: Vec<f64>,
+}
+
+impl ActuatorStates {
+    /// Those of a system.
+    pub fn of(system: &System) -> Self {
+        let mut states = Self::default();
+        states.take(system);
+        states
+    }
+
+    /// Takes those of a system.
+    pub fn take(&mut self, system: &System) {
+        self.wheels.clear();
+        self.wheels.extend(system.wheel_states());
+        self.propellants.clear();
+        self.thrusts.clear();
+        for thrusters in system.bodies.iter().filter_map(RigidBody::thrusters) {
+            self.propellants.push(thrusters.propellant_left());
+            self.thrusts.extend_from_slice(thrusters.thrust());
+        }
+    }
+}
+
+impl System {
+    fn wheel_states(&self) -> impl Iterator<Item = WheelState> {
+        let each = self.bodies.iter().filter_map(RigidBody::wheels);
+        each.flat_map(|wheels| wheels.states().iter().copied())
+    }
+
+    /// Sets the states of wheels and thrusters; of more than there are, the rest is ignored.
+    pub fn set_actuator_states(&mut self, states: &ActuatorStates) {
+        self.set_wheel_states(&states.wheels);
+        let mut thrusts = states.thrusts.as_slice();
+        let each = self.bodies.iter_mut();
+        let each = each.filter(|body| body.thrusters().is_some());
+        for (body, &left) in each.zip(&states.propellants) {
+            body.set_propellant(left);
+            if let Some(thrusters) = body.thrusters_mut()
+                && let Some((own, others)) = thrusts.split_at_checked(thrusters.thrust().len())
+            {
+                thrusters.set_thrust(own);
+                thrusts = others;
+            }
+        }
+        self.take_masses();
+    }
+
+    pub(crate) fn set_wheel_states(&mut self, mut states: &[WheelState]) {
+        for wheels in self.bodies.iter_mut().filter_map(RigidBody::wheels_mut) {
+            let Some((own, others)) = states.split_at_checked(wheels.states().len()) else {
+                return;
+            };
+            wheels.set_states(own);
+            states = others;
+        }
+    }
+
+    /// Takes the present masses of the bodies, where gravity is computed from them alone.
+    pub(crate) fn take_masses(&mut self) {
+        let bodies = &self.bodies;
+        let mass = |body: usize| bodies[body].attracted_mass();
+        for kept in self.selection.kept.iter_mut().flatten().flatten() {
+            kept.masses = mass(kept.body);
+            if kept.other != kept.body {
+                kept.masses *= mass(kept.other);
+            }
+        }
+    }
+}

@@ -1,0 +1,146 @@
+use lgvi_dynamics::thrusters::{Propellant, Thruster, Thrusters};
+use lgvi_dynamics::{BodyError, RigidBody};
+use nalgebra::{Matrix3, Vector3};
+
+use super::{check_mobility, check_names};
+use crate::compile::body::inertia;
+use crate::file::{BodyFile, PropellantFile, ThrusterFile};
+use crate::{Scene, SceneError, check};
+
+/// Largest number of thrusters of a body.
+pub const MAX_THRUSTERS: usize = 64;
+
+/// Largest delay of a valve, in steps: a pulse may wait for each.
+const MAX_DELAY: f64 = 1e5;
+
+/// Returns the body with the thrusters of its file.
+pub(super) fn with_thrusters(
+    key: &str,
+    file: &BodyFile,
+    body: RigidBody,
+) -> Result<RigidBody, SceneError> {
+    let key = |rest: &str| format!("{key}.{rest}");
+    let count = file.thrusters.len();
+    if count == 0 {
+        return match &file.propellant {
+            Some(propellant) => {
+                let expected = "none of a body without `thrusters`";
+                Err(SceneError::value(
+                    key("propellant"),
+                    propellant.mass,
+                    expected,
+                ))
+            }
+            None => Ok(body),
+        };
+    }
+    if count > MAX_THRUSTERS {
+        let expected = format!("{MAX_THRUSTERS} thrusters at most");
+        return Err(SceneError::value(key("thrusters"), count, expected));
+    }
+    check_mobility(&key("thrusters"), count, &body)?;
+    check_names(
+        &key("thrusters"),
+        file.thrusters.iter().map(|one| &one.name),
+    )?;
+    let each = file.thrusters.iter().enumerate();
+    let thrusters = each.map(|(index, one)| thruster(&key(&format!("thrusters[{index}]")), one));
+    let thrusters: Vec<_> = thrusters.collect::<Result<_, _>>()?;
+    let uses = |one: &Thruster| one.exhaust_velocity.is_finite();
+    let propellant = match &file.propellant {
+        Some(file) => propellant(&key("propellant"), file)?,
+        None => Propellant {
+            mass: 0.0,
+            inertia: None,
+        },
+    };
+    if file.propellant.is_none()
+        && let Some(index) = thrusters.iter().position(uses)
+    {
+        let key = key(&format!("thrusters[{index}].exhaust_velocity"));
+        let expected = "none of a body without `propellant`";
+        return Err(SceneError::value(
+            key,
+            thrusters[index].exhaust_velocity,
+            expected,
+        ));
+    }
+    let refuse = |error: &dyn std::fmt::Display| {
+        SceneError::value(key("thrusters"), count, format!("thrusters: {error}"))
+    };
+    let thrusters = Thrusters::new(thrusters, propellant).map_err(|error| refuse(&error))?;
+    body.with_thrusters(thrusters).map_err(|error| match error {
+        BodyError::Propellant { .. } | BodyError::Inertia(_) | BodyError::Heavier => {
+            let expected = format!("propellant that is part of the body: {error}");
+            SceneError::value(key("propellant.mass"), propellant.mass, expected)
+        }
+        _ => refuse(&error),
+    })
+}
+
+fn thruster(key: &str, file: &ThrusterFile) -> Result<Thruster, SceneError> {
+    let key = |name: &str| format!("{key}.{name}");
+    let direction = check::vector(&key("direction"), file.direction)?;
+    if direction == Vector3::zeros() {
+        let expected = "a direction other than 0";
+        return Err(SceneError::value(
+            key("direction"),
+            file.direction,
+            expected,
+        ));
+    }
+    let least = |name: &str, value: f64| {
+        if value.is_finite() && value >= 0.0 {
+            Ok(value)
+        } else {
+            Err(SceneError::value(key(name), value, "a finite number ≥ 0"))
+        }
+    };
+    Ok(Thruster {
+        position: check::vector(&key("position"), file.position)?,
+        direction,
+        thrust: check::positive(&key("thrust"), file.thrust)?,
+        exhaust_velocity: match file.exhaust_velocity {
+            Some(value) => check::positive(&key("exhaust_velocity"), value)?,
+            None => f64::INFINITY,
+        },
+        pulse_period: least("pulse_period", file.pulse_period)?,
+        minimum_impulse: least("minimum_impulse", file.minimum_impulse)?,
+        delay: least("delay", file.delay)?,
+    })
+}
+
+fn propellant(key: &str, file: &PropellantFile) -> Result<Propellant, SceneError> {
+    let matrix = |given| {
+        Ok::<Matrix3<f64>, SceneError>(*inertia(&format!("{key}.inertia"), given)?.matrix())
+    };
+    Ok(Propellant {
+        mass: check::positive(&format!("{key}.mass"), file.mass)?,
+        inertia: file.inertia.as_ref().map(matrix).transpose()?,
+    })
+}
+
+/// Pulses begin and end with steps only where their period is a whole number of them.
+pub(super) fn check_steps(scene: &Scene) -> Result<(), SceneError> {
+    let h = scene.h();
+    for (body, named) in scene.bodies.iter().enumerate() {
+        let thrusters = named.body.thrusters().map_or(&[][..], Thrusters::thrusters);
+        for (index, thruster) in thrusters.iter().enumerate() {
+            let key = |name: &str| format!("bodies[{body}].thrusters[{index}].{name}");
+            let steps = thruster.pulse_period / h;
+            if !((steps - steps.round()).abs() <= 1e-9 * steps.max(1.0) && steps <= 1e15) {
+                let expected = format!("a whole number of steps of {h}");
+                return Err(SceneError::value(
+                    key("pulse_period"),
+                    thruster.pulse_period,
+                    expected,
+                ));
+            }
+            if thruster.delay / h > MAX_DELAY {
+                let expected = format!("{MAX_DELAY:e} steps of {h} at most");
+                return Err(SceneError::value(key("delay"), thruster.delay, expected));
+            }
+        }
+    }
+    Ok(())
+}

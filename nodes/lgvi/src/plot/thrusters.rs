@@ -1,0 +1,127 @@
+//! Thrusters and propellant over time, from their states in a bag.
+
+use std::collections::BTreeMap;
+
+use lgvi_dynamics::System;
+use lgvi_middleware::node::NodeError;
+use lgvi_msgs::geometry_msgs::InertiaStamped;
+use lgvi_msgs::sensor_msgs::JointState;
+use lgvi_scene::Scene;
+
+use super::data::FlightData;
+use super::series::{Curve, Panel, over_time};
+use super::style;
+use crate::flight_bag::FlightBag;
+
+/// What the thrusters of a body did and left.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Firing {
+    body: usize,
+    /// Mean force of each over the last step (N).
+    thrust: Vec<f64>,
+    /// The mass of the body (kg), if it has propellant.
+    mass: Option<f64>,
+}
+
+/// The states of the thrusters of a body in a bag, by their stamps (ns).
+struct Record {
+    body: usize,
+    thrust: BTreeMap<i64, Vec<f64>>,
+    /// `None` of a body without propellant.
+    mass: Option<BTreeMap<i64, f64>>,
+}
+
+/// Those of all bodies with thrusters.
+#[derive(Default)]
+pub(super) struct ThrusterRecord(Vec<Record>);
+
+impl ThrusterRecord {
+    /// Reads those of a scene's bodies.
+    ///
+    /// # Errors
+    /// A message that is not one of the scene's.
+    pub(super) fn read(bag: &FlightBag) -> Result<Self, NodeError> {
+        let bodies = bag.scene.bodies.iter().enumerate();
+        let each = bodies.filter(|(_, body)| !body.thrusters.is_empty());
+        let each = each.map(|(index, body)| {
+            let mut thrust = BTreeMap::new();
+            let states = bag.of_body("thruster_states", &body.name, |s: &JointState| &s.header)?;
+            for (stamp, state) in states {
+                if state.name != body.thrusters || state.effort.len() != state.name.len() {
+                    let expected = body.thrusters.join(", ");
+                    let error = format!("thruster states of {:?}, expected {expected}", state.name);
+                    return Err(bag.refuse(&error));
+                }
+                thrust.insert(stamp, state.effort);
+            }
+            let mass = match body.has_propellant() {
+                true => {
+                    let all =
+                        bag.of_body("inertia", &body.name, |one: &InertiaStamped| &one.header)?;
+                    let all = all.into_iter();
+                    Some(all.map(|(stamp, one)| (stamp, one.inertia.m)).collect())
+                }
+                false => None,
+            };
+            Ok(Record {
+                body: index,
+                thrust,
+                mass,
+            })
+        });
+        Ok(Self(each.collect::<Result<_, _>>()?))
+    }
+
+    /// The thrusters at a step, by which it sets the masses of the system; `None` if their states are missing there.
+    pub(super) fn at(&self, scene: &Scene, step: u64, system: &mut System) -> Option<Vec<Firing>> {
+        let stamp = scene.stamp(step);
+        let each = self.0.iter().map(|record| {
+            let mass = match &record.mass {
+                Some(masses) => Some(*masses.get(&stamp)?),
+                None => None,
+            };
+            let firing = Firing {
+                body: record.body,
+                thrust: record.thrust.get(&stamp)?.clone(),
+                mass,
+            };
+            if let Some(mass) = mass {
+                let full = &scene.bodies[record.body].body;
+                let propellant = full.thrusters()?.propellant().mass;
+                let left = propellant - (full.mass() - mass / scene.units.mass);
+                system.bodies_mut()[record.body].set_propellant(left.clamp(0.0, propellant));
+            }
+            Some(firing)
+        });
+        each.collect()
+    }
+}
+
+/// Forces of the thrusters and mass of each body.
+pub(super) fn panels(flight: &FlightData) -> Vec<Panel> {
+    let mut panels = Vec::new();
+    for (place, firing) in flight.first().firings.iter().enumerate() {
+        let named = &flight.scene.bodies[firing.body];
+        let colors = style::BODIES.iter().cycle();
+        let each = named.thrusters.iter().zip(colors).enumerate();
+        let curves = each.map(|(index, (name, color))| Curve {
+            label: name.clone(),
+            color: *color,
+            points: over_time(flight, |sample| sample.firings[place].thrust[index]),
+        });
+        let title = format!("Thrust of {}", named.name);
+        panels.push(Panel::new(title, "N", curves.collect()));
+        if firing.mass.is_some() {
+            let curve = Curve {
+                label: named.name.clone(),
+                color: style::BODIES[firing.body % style::BODIES.len()],
+                points: over_time(flight, |sample| {
+                    sample.firings[place].mass.unwrap_or_default()
+                }),
+            };
+            let title = format!("Mass of {}", named.name);
+            panels.push(Panel::new(title, "kg", vec![curve]));
+        }
+    }
+    panels
+}

@@ -1,6 +1,5 @@
 //! What a controller from outside sends: wrenches on bodies, and torques for their wheels.
 
-use lgvi_dynamics::BodyState;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
 use lgvi_scene::Scene;
@@ -60,7 +59,7 @@ impl Command {
         }
     }
 
-    /// The control sequence that it is from `first_step` on, for bodies that are in these states when it is taken.
+    /// The control sequence that it is from `first_step` on.
     ///
     /// # Errors
     /// A stamp that ROS time cannot hold.
@@ -69,10 +68,9 @@ impl Command {
         scene: &Scene,
         terms: &Terms,
         first_step: u64,
-        states: &[BodyState],
     ) -> Result<ControlSequence, StampError> {
         match self {
-            Self::Wrench(wrench) => wrench.sequence(scene, terms, first_step, &states[wrench.body]),
+            Self::Wrench(wrench) => wrench.sequence(scene, terms, first_step),
             Self::Wheels(torques) => torques.sequence(scene, terms, first_step),
         }
     }

@@ -5,6 +5,7 @@
 //! queues. [`Flight`] is the flight itself, free of any middleware: what it does depends on the scene and the accepted
 //! controls only, so that a recorded flight can be repeated bit for bit.
 
+mod axes;
 mod choosing;
 mod command;
 mod config;
@@ -26,12 +27,14 @@ mod resolution;
 mod run;
 mod sensors;
 mod set_states;
+mod timeouts;
 mod torque;
 mod wrench;
 
 use std::process::ExitCode;
 
-pub use controls::{ControlError, Controls, ForceAxes};
+pub use axes::Axes;
+pub use controls::{ControlError, Controls};
 pub use flight::{Flight, SetStatesError};
 pub use law::{Law, LawError};
 pub use set_states::{SetStates, StateError};

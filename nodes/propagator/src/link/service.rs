@@ -322,8 +322,8 @@ impl Link {
 
 /// The sequence without its feedback law.
 fn open_loop(scene: &Scene, message: &ControlSequence) -> ControlSequence {
-    if message.force.is_empty() {
-        // Torques of wheels.
+    if message.moment.is_empty() {
+        // What is in `feedback` is no law.
         return message.clone();
     }
     ControlSequence {

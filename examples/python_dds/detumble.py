@@ -1,15 +1,15 @@
 #!/usr/bin/env python3
-"""Stops the spacecraft's rotation, and watches it: Python and Cyclone DDS, without ROS and without any code of lgvi.
+"""A controller that stops the rotation of a body: Python and Cyclone DDS, without ROS and without any code of lgvi.
 
     pip install cyclonedds==11.0.1
-    cargo run --release -- run scenes/inclination_change.toml --no-planner      # waits for controls
-    python3 examples/python_dds/detumble.py                                     # in another terminal
+    cargo run --release -- run scenes/free_body.toml --await-wrench body --control-period 0.1
+    python3 examples/python_dds/detumble.py         # in another terminal, in any order: the flight waits for each answer
 
-The controls are a feedback law, moment = -DAMPING times the angular momentum, which the propagator evaluates at each
-step. Prints angular velocity and energy of each published step, until the flight is over.
+Prints the time (s, since 1970) and the angular velocity (rad/s) every second of the flight. What to look for: the moment is -GAIN times the angular velocity,
+on moments of inertia of 1, 2 and 3 kg m^2, so the rotation fades by a factor e within 6 s at most, from 1.35 rad/s to less
+than 1e-6 rad/s after 100 s.
 """
 
-import math
 import os
 import time
 
@@ -33,63 +33,41 @@ from cyclonedds.sub import DataReader
 from cyclonedds.topic import Topic
 from cyclonedds.util import duration
 
-from messages import BodyState, ControlLimits, ControlSequence, Header, Invariants, Odometry, Time, Vector3
+from messages import Header, Odometry, Vector3, Wrench, WrenchStamped
 
-BODY = "spacecraft"
-STEPS = 1000
-STEP_SIZE = 0.902976 / STEPS  # the scene's, in seconds
-DAMPING = 50.0  # 1/s
+BODY = "body"
+GAIN = 0.5  # N m s
 
-# ROS 2 speaks plain CDR. Reliable: nothing is lost. Transient local: a propagator that starts later gets the controls.
+# ROS 2 speaks plain CDR. Reliable: nothing is lost.
 PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False)
 RELIABLE = Qos(PLAIN_CDR, Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepAll)
-LATCHED = Qos(Policy.Durability.TransientLocal, base=RELIABLE)
 
 
-def detumbling():
-    """The law u = u* - K dz, with u* = 0, at rest as the reference, and only moment and angular momentum coupled."""
-    gain = [0.0] * 72  # K: 6 rows (force, moment) by 12 columns (position, momentum, attitude, angular momentum)
-    for axis in range(3):
-        gain[12 * (3 + axis) + 9 + axis] = DAMPING
-    nothing = [Vector3(0.0, 0.0, 0.0)] * STEPS
-    rest = BodyState(BODY, [0.0] * 3, [0.0] * 3, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0], [0.0] * 3)
-    unbounded = ControlLimits([math.inf] * 3, [math.inf] * 3, math.inf, math.inf)
-    # A stamp of 0 is none: the recorder logs the sequence at the last stamp of the flight, or waits for the first.
-    return ControlSequence(
-        Header(Time(0, 0), ""), BODY, 0, STEP_SIZE, nothing, nothing, [rest] * STEPS, gain * STEPS, unbounded
-    )
+def answer(odometry):
+    """The stamp says which state it answers, the frame that the moment is in the axes of the body."""
+    rate = odometry.twist.twist.angular
+    moment = Vector3(-GAIN * rate.x, -GAIN * rate.y, -GAIN * rate.z)
+    return WrenchStamped(Header(odometry.header.stamp, odometry.child_frame_id), Wrench(Vector3(0.0, 0.0, 0.0), moment))
 
 
 def main():
     participant = DomainParticipant(int(os.environ.get("ROS_DOMAIN_ID") or 0))
 
     def topic(name, kind):  # a ROS topic is called rt/... in DDS
-        return Topic(participant, "rt/lgvi_propagator/" + name, kind)
+        return Topic(participant, f"rt/lgvi_propagator/{name}/{BODY}", kind)
 
-    odometry = DataReader(participant, topic(f"odometry/{BODY}", Odometry), qos=RELIABLE)
-    invariants = DataReader(participant, topic("invariants", Invariants), qos=RELIABLE)
-    controls = DataWriter(participant, topic("control_sequence", ControlSequence), qos=LATCHED)
+    states = DataReader(participant, topic("odometry", Odometry), qos=RELIABLE)
+    wrenches = DataWriter(participant, topic("wrench", WrenchStamped), qos=RELIABLE)
 
-    # Who listens before the controls are there sees the flight from its first step.
-    while not (odometry.get_matched_publications() and invariants.get_matched_publications()):
+    while not states.get_matched_publications():
         time.sleep(0.01)
-    controls.write(detumbling())
-
-    waiting = {}  # samples by their stamp, until both of a step are there
-    flying = True
-    while flying:
-        time.sleep(0.01)
-        flying = bool(odometry.get_matched_publications())
-        for reader in (odometry, invariants):
-            for sample in reader.take(1000):
-                if isinstance(sample, (Odometry, Invariants)):
-                    stamp = sample.header.stamp.sec, sample.header.stamp.nanosec
-                    waiting.setdefault(stamp, {})[type(sample)] = sample
-        for stamp in sorted(waiting):
-            if len(waiting[stamp]) == 2:
-                samples = waiting.pop(stamp)
-                rate = samples[Odometry].twist.twist.angular
-                print("%d.%09d" % stamp, rate.x, rate.y, rate.z, samples[Invariants].energy)
+    while states.get_matched_publications():
+        for odometry in states.take_iter(timeout=duration(seconds=1)):
+            if isinstance(odometry, Odometry):
+                wrenches.write(answer(odometry))
+                stamp, rate = odometry.header.stamp, odometry.twist.twist.angular
+                if stamp.nanosec == 0:
+                    print(stamp.sec, rate.x, rate.y, rate.z, flush=True)
 
 
 if __name__ == "__main__":

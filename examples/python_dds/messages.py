@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import array, float64, int32, sequence, uint32, uint64
+from cyclonedds.idl.types import array, float64, int32, uint32
 
 
 @dataclass
@@ -89,43 +89,13 @@ class Odometry(IdlStruct, typename="nav_msgs.msg.dds_.Odometry_"):
 
 @dataclass
 @final
-class Invariants(IdlStruct, typename="lgvi_msgs.msg.dds_.Invariants_"):
+class Wrench(IdlStruct, typename="geometry_msgs.msg.dds_.Wrench_"):
+    force: Vector3
+    torque: Vector3
+
+
+@dataclass
+@final
+class WrenchStamped(IdlStruct, typename="geometry_msgs.msg.dds_.WrenchStamped_"):
     header: Header
-    step: uint64
-    energy: float64
-    linear_momentum: array[float64, 3]
-    angular_momentum: array[float64, 3]
-    orthogonality_error: float64
-
-
-@dataclass
-@final
-class BodyState(IdlStruct, typename="lgvi_msgs.msg.dds_.BodyState_"):
-    name: str
-    position: array[float64, 3]
-    linear_momentum: array[float64, 3]
-    attitude: array[float64, 9]
-    angular_momentum: array[float64, 3]
-
-
-@dataclass
-@final
-class ControlLimits(IdlStruct, typename="lgvi_msgs.msg.dds_.ControlLimits_"):
-    force: array[float64, 3]
-    moment: array[float64, 3]
-    force_norm: float64
-    moment_norm: float64
-
-
-@dataclass
-@final
-class ControlSequence(IdlStruct, typename="lgvi_msgs.msg.dds_.ControlSequence_"):
-    header: Header
-    body: str
-    first_step: uint64
-    step_size: float64
-    force: sequence[Vector3]
-    moment: sequence[Vector3]
-    reference: sequence[BodyState]
-    feedback: sequence[float64]
-    limits: ControlLimits
+    wrench: Wrench

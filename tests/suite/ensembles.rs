@@ -223,3 +223,20 @@ fn a_second_signal_ends_at_once() {
     running.finish().expect(1);
     assert_eq!(parts(&output), 0);
 }
+
+#[test]
+fn sensors_and_wheels_that_nobody_uses_are_told_of() {
+    let world = World::new();
+    let dispersed = "[ensemble]\nsamples = 2\nseed = 1\n\n[[ensemble.bodies]]\nbody = \"satellite\"\nattitude = 0.1\n\n[publish]";
+    let changes = [("steps = 6000", "steps = 60"), ("[publish]", dispersed)];
+    let scene = edited(&world, "wheel_slew", &changes);
+    let flown = start(&world, &scene, &world.path("run"), &[])
+        .finish()
+        .expect(0);
+    for remark in [
+        "sensors were not read: nobody listens, and no sample depends on them",
+        "reaction wheels coasted: there is no controller",
+    ] {
+        assert!(flown.stdout.contains(remark), "{}", flown.stdout);
+    }
+}

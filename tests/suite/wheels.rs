@@ -160,7 +160,7 @@ fn torques_end_after_their_time_and_wrong_ones_are_refused() {
         flight.torque.publish(&torques(&state, named)).unwrap();
         flight
             .flight
-            .await_stderr(&format!("torque for the wheels of body refused: {says}"));
+            .await_stderr(&format!("command for the wheels of body refused: {says}"));
         sleep(Duration::from_millis(1050));
     };
     flight
@@ -183,7 +183,7 @@ fn torques_end_after_their_time_and_wrong_ones_are_refused() {
         .await_stderr("1 elements in `name` and 0 in `effort`, expected the same number");
     flight
         .flight
-        .await_stderr("no new torque for the wheels of body");
+        .await_stderr("no new command for the wheels of body");
     flight.flight.finish().expect(0);
     let bag = world.path("bag");
     world.verify_agrees(&bag, STEPS + 1);

@@ -13,6 +13,9 @@ use lgvi_tests::{Operator, PATIENCE, Process, Recording, World, edited, eventual
 const STATE: &str = "/lgvi_propagator/state";
 const FLOWN: &str = "/lgvi_propagator/flown_control";
 
+/// Scenes begin at noon of 2000-01-01 where they do not say otherwise (s).
+const EPOCH: i32 = 946_728_000;
+
 /// Steps of the flights, of 0.01 s.
 const STEPS: u64 = 500;
 
@@ -188,7 +191,7 @@ fn a_wrench_acts_for_its_time_and_one_that_is_wrong_does_not() {
     message.header.frame_id = "moon".into();
     wrench.publish(&message).unwrap();
     flight.propagator.await_stderr(
-        "wrench on body refused: `header.frame_id` is \"moon\", expected one of body, inertial, thruster",
+        "wrench on body refused: `header.frame_id` is \"moon\", expected one of body, thruster, inertial",
     );
     sleep(Duration::from_millis(1100));
     message.header.frame_id.clear();
@@ -197,9 +200,14 @@ fn a_wrench_acts_for_its_time_and_one_that_is_wrong_does_not() {
     flight
         .propagator
         .await_stderr("`wrench.force` is [0.0, NaN, 0.0], expected three finite numbers");
-    flight.propagator.await_flown();
+    let report = flight.propagator.await_flown();
     let (bag, stderr) = flight.end();
     assert_eq!(stderr.matches("no new wrench").count(), 1, "{stderr}");
+    let [timeouts] = report.command_timeouts.try_into().unwrap();
+    assert_eq!((timeouts.timeouts, timeouts.missed), (1, 0));
+    // All that is left of 5 s when it has begun and acted for 0.2 s; what was said since took more than 1 s.
+    let idle = timeouts.idle;
+    assert!(idle > 1.0 && idle < 4.8 + 1e-9, "{idle}");
     world.verify_agrees(&bag, STEPS + 1);
     // 2 N of the 10 N that were asked for, for 0.2 s.
     let [x, y, z] = last(&bag).bodies[0].linear_momentum;
@@ -209,6 +217,128 @@ fn a_wrench_acts_for_its_time_and_one_that_is_wrong_does_not() {
             .messages::<ControlSequence>(FLOWN)
             .len(),
         1
+    );
+}
+
+/// A body that tumbles beside one that turns about z, with a sensor in each.
+fn two_bodies(world: &World) -> PathBuf {
+    let other = "[[bodies]]\nname = \"other\"\nmass = 2.0\ninertia = [1.0, 1.0, 1.0]\nposition = [9.0, 0.0, 0.0]\n\
+        velocity = [0.0, 0.0, 0.0]\nattitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0.0, 0.0, 1.0]\n\n\
+        [[frames]]\nname = \"antenna\"\nparent = \"other\"\nposition = [3.0, 0.0, 0.0]\n\
+        attitude = { w = 0, x = 0, y = 0, z = 1 }\n\n[[bodies]]\nname = \"body\"";
+    let changes = [
+        ("duration = 100.0", "duration = 5.0"),
+        ("steps = 10000", "steps = 500"),
+        ("[[bodies]]\nname = \"body\"", other),
+    ];
+    edited(world, "free_body", &changes)
+}
+
+/// For 2.5 s in the inertial frame, then in that of an antenna of the other body, whose axes are at half a turn there.
+#[test]
+fn a_wrench_may_be_held_in_the_inertial_frame_or_in_that_of_another_body() {
+    let world = World::new();
+    let scene = two_bodies(&world);
+    let arguments = ["--await-wrench", "body", "--control-period", "2.5"];
+    let mut flight = world.start_flight(&scene, "bag", &arguments);
+    let ros = world.ros_node("controller");
+    let wrench = ros
+        .publisher::<WrenchStamped>("/lgvi_propagator/wrench/body", &Qos::reliable(10))
+        .unwrap();
+    let odometry = ros
+        .subscription::<Odometry>("/lgvi_propagator/odometry/body", &Qos::volatile(1000))
+        .unwrap();
+    while flight.runs() {
+        let Some(message) = odometry.recv_timeout(Duration::from_millis(100)).unwrap() else {
+            continue;
+        };
+        let mut command = WrenchStamped {
+            header: message.message.header,
+            wrench: Wrench {
+                force: vector([1.0, 0.0, 0.0]),
+                torque: vector([0.5, 0.0, 0.0]),
+            },
+        };
+        if command.header.stamp.sec > EPOCH {
+            command.header.frame_id = "antenna".into();
+        }
+        wrench.publish(&command).unwrap();
+    }
+    flight.finish().expect(0);
+    let bag = world.path("bag");
+    let recording = Recording::read(&bag);
+    let flown = recording.messages::<ControlSequence>(FLOWN);
+    let frames: Vec<_> = flown.iter().map(|one| &*one.header.frame_id).collect();
+    assert_eq!(frames, ["inertial", "other"]);
+    assert_eq!(flown[1].force, [vector([-1.0, 0.0, 0.0])]);
+    assert_eq!(flown[1].feedback, [-0.5, 0.0, 0.0]);
+    // Force and moment then turn from 2.5 rad to 5 rad, and point in the opposite direction.
+    let (start, end) = (2.5_f64.sin_cos(), 5_f64.sin_cos());
+    let impulse = [2.5 - (end.0 - start.0), end.1 - start.1, 0.0];
+    let mut states = recording.messages::<SystemState>(STATE);
+    states.sort_by_key(|state| state.step);
+    let momenta = |state: &SystemState| {
+        let body = state.bodies.iter().find(|body| body.name == "body");
+        let body = body.unwrap();
+        let [l, r] = [body.angular_momentum, body.linear_momentum];
+        let row = |row: usize| {
+            (0..3)
+                .map(|k| body.attitude[3 * row + k] * l[k])
+                .sum::<f64>()
+        };
+        [r, [row(0), row(1), row(2)]]
+    };
+    let [first, last] = [&states[0], &states[500]].map(momenta);
+    for (part, scale) in [(0, 1.0), (1, 0.5)] {
+        for axis in 0..3 {
+            let change = last[part][axis] - first[part][axis];
+            let expected = scale * impulse[axis];
+            // The axes are those at the beginning of each step, of 0.01 s.
+            assert!(
+                (change - expected).abs() < 0.02,
+                "{part}, {axis}: {change} is not {expected}"
+            );
+        }
+    }
+    world.verify_agrees(&bag, STEPS + 1);
+}
+
+/// It answers the first state alone; the flight asks at 0 s and 2.5 s.
+#[test]
+fn a_controller_that_falls_silent_is_counted_in_the_summary() {
+    let world = World::new();
+    let parameters = [
+        "real_time_factor:=0.0",
+        "await_wrench:=[body]",
+        "control_period:=2.5",
+        "control_deadline:=0.3",
+        "wrench_timeout:=0.1",
+    ];
+    let flight = Flight::prepare(&world, "bag", &parameters);
+    let wrench = flight
+        .operator
+        .ros()
+        .publisher::<WrenchStamped>("/lgvi_propagator/wrench/body", &Qos::reliable(10))
+        .unwrap();
+    eventually("the propagator's subscription", || {
+        (wrench.matched_subscriptions() > 0).then_some(())
+    });
+    flight.operator.lead(&["activate"]);
+    let mut message = WrenchStamped::default();
+    message.header.stamp.sec = EPOCH;
+    wrench.publish(&message).unwrap();
+    let report = flight.propagator.await_flown();
+    let told: Vec<_> = report
+        .command_timeouts
+        .iter()
+        .map(ToString::to_string)
+        .collect();
+    let expected = "wrench on body: 1 over before another came, nothing acted for 2.500 s; 1 missing at the deadline";
+    assert_eq!(told, [expected]);
+    let (_, stderr) = flight.end();
+    assert!(
+        stderr.contains("no wrench on body with the stamp of step 250 came within"),
+        "{stderr}"
     );
 }
 

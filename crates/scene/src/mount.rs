@@ -21,11 +21,26 @@ impl Mount {
             moment: self.attitude * load.moment + self.position.cross(&force),
         }
     }
+
+    /// Turns force and moment from the axes of the frame to those of the body.
+    pub fn turn(&self, load: &Load) -> Load {
+        Load {
+            force: self.attitude * load.force,
+            moment: self.attitude * load.moment,
+        }
+    }
 }
 
 impl Scene {
     /// Returns the pose of `frame` in the body of an index, or `None` if the frame is not fixed in that body.
     pub fn mount(&self, body: usize, frame: &str) -> Option<Mount> {
+        let (base, mount) = self.base(frame);
+        (base == self.bodies[body].frame).then_some(mount)
+    }
+
+    /// Returns the frame of the body in which `frame` is fixed, or the inertial one, and its pose there. The base of a frame
+    /// that the scene does not have is that frame.
+    pub fn base<'a>(&'a self, frame: &'a str) -> (&'a str, Mount) {
         let mut mount = Mount {
             position: Vector3::zeros(),
             attitude: Matrix3::identity(),
@@ -39,7 +54,7 @@ impl Scene {
                 name = &frame.parent;
             }
         }
-        (name == self.bodies[body].frame).then_some(mount)
+        (name, mount)
     }
 
     /// Returns the names of the frames that are fixed in the body of an index, that of the body first.

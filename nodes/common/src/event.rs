@@ -151,6 +151,9 @@ pub struct FlightReport {
     /// Control sequences that came after the step at which they were to begin, and were refused.
     #[serde(default)]
     pub late_controls: u64,
+    /// Commands from outside that were over before others came, or that were missing.
+    #[serde(default)]
+    pub command_timeouts: Vec<CommandTimeouts>,
     /// Steps that could not be made as one and were cut.
     pub cut_steps: u64,
     /// How often an interaction of bodies was taken up in more or in less detail.
@@ -158,6 +161,38 @@ pub struct FlightReport {
     /// Bodies that have docked.
     #[serde(default)]
     pub docked: Vec<Docked>,
+}
+
+/// What was missing of the commands for a body, or for its wheels.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct CommandTimeouts {
+    /// What kind of command, and for which body.
+    pub command: String,
+    /// How often one was over before another came.
+    pub timeouts: u64,
+    /// For how long nothing acted after that, in all (s).
+    pub idle: f64,
+    /// How often one that was waited for did not come within its deadline.
+    pub missed: u64,
+}
+
+impl Display for CommandTimeouts {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        let Self {
+            command,
+            timeouts,
+            idle,
+            missed,
+        } = self;
+        write!(
+            f,
+            "{command}: {timeouts} over before another came, nothing acted for {idle:.3} s"
+        )?;
+        if *missed > 0 {
+            write!(f, "; {missed} missing at the deadline")?;
+        }
+        Ok(())
+    }
 }
 
 /// Two bodies that have become one.

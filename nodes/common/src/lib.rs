@@ -13,7 +13,7 @@ pub use convert::{
     Correction, Feedback, GAIN, Gain, Limits, body_sample, body_state, control_sequence, header,
     pose,
 };
-pub use event::{Docked, Event, FlightReport, Miss, PlanReport};
+pub use event::{CommandTimeouts, Docked, Event, FlightReport, Miss, PlanReport};
 pub use frame_prefix::FramePrefix;
 pub use parameters::{publishes_clock, required_path};
 pub use scene_file::{load_scene, parse_scene, read_scene, set_key};

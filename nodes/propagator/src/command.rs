@@ -1,6 +1,5 @@
 //! What a controller from outside sends: wrenches on bodies, and efforts of their wheels and thrusters.
 
-use lgvi_dynamics::BodyState;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
 use lgvi_scene::Scene;
@@ -72,7 +71,7 @@ impl Command {
         }
     }
 
-    /// The control sequence that it is from `first_step` on, for bodies that are in these states when it is taken.
+    /// The control sequence that it is from `first_step` on.
     ///
     /// # Errors
     /// A stamp that ROS time cannot hold.
@@ -81,10 +80,9 @@ impl Command {
         scene: &Scene,
         terms: &Terms,
         first_step: u64,
-        states: &[BodyState],
     ) -> Result<ControlSequence, StampError> {
         match self {
-            Self::Wrench(wrench) => wrench.sequence(scene, terms, first_step, &states[wrench.body]),
+            Self::Wrench(wrench) => wrench.sequence(scene, terms, first_step),
             Self::Efforts(efforts) => efforts.sequence(scene, terms, first_step),
         }
     }

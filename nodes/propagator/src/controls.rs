@@ -7,6 +7,7 @@ use lgvi_scene::Scene;
 use thiserror::Error;
 
 use crate::actuation::{Actuation, ActuationError};
+use crate::axes::Axes;
 use crate::command::Target;
 use crate::law::{Law, LawError};
 
@@ -22,23 +23,14 @@ pub struct Controls {
     pub first_step: u64,
     /// Steps that an interval lasts, ≥ 1.
     pub hold: u64,
-    /// The axes of the forces. Moments are in those of the body.
-    pub axes: ForceAxes,
+    /// The axes of the loads.
+    pub axes: Axes,
     /// One load an interval; none where actuators are commanded.
     pub loads: Vec<Load>,
     /// What commands the body's actuators.
     pub actuation: Option<Actuation>,
     /// What corrects them in flight; none in open loop.
     pub law: Option<Law>,
-}
-
-/// Axes of forces.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ForceAxes {
-    /// Those of the scene's inertial frame.
-    Inertial,
-    /// Those of the body: forces turn with it, from one step to the next.
-    Body,
 }
 
 /// Why a control sequence is not flown.
@@ -58,6 +50,16 @@ pub enum ControlError {
     /// Commands of actuators that are none.
     #[error(transparent)]
     Actuation(#[from] ActuationError),
+    /// Held moments that do not fit the forces.
+    #[error(
+        "`feedback` has {found} numbers without `moment` and `reference`, expected moments: three for each of {forces} forces"
+    )]
+    HeldMoments {
+        /// Numbers in the sequence.
+        found: usize,
+        /// Forces in it.
+        forces: usize,
+    },
     /// A time that is none.
     #[error("`header.stamp`: {0}")]
     Stamp(#[from] StampError),
@@ -69,17 +71,13 @@ pub enum ControlError {
         /// The scene's bodies.
         known: Vec<String>,
     },
-    /// Forces in another frame.
-    #[error(
-        "`header.frame_id` is {found:?}, expected the scene's inertial frame, {inertial:?}, or that of the body, {body:?}"
-    )]
+    /// Axes in which it cannot be understood.
+    #[error("`header.frame_id` is {found:?}, expected one of {}", known.join(", "))]
     Frame {
         /// The frame of the sequence.
         found: String,
-        /// The scene's.
-        inertial: String,
-        /// That of the body.
-        body: String,
+        /// The scene's inertial frame, and those of bodies.
+        known: Vec<String>,
     },
     /// Made for another step.
     #[error(
@@ -168,16 +166,16 @@ impl Controls {
                 found: excerpt(&message.body),
                 known: scene.bodies.iter().map(|body| body.name.clone()).collect(),
             })?;
-        let axes = axes(scene, body, &message.header.frame_id)?;
+        let axes = axes(scene, body, message)?;
         let expected = scene.h() * scene.units.time;
         let found = message.step_size;
         let hold = hold(found, expected).ok_or(ControlError::StepSize { found, expected })?;
         let loads = loads(scene, message)?;
-        let law = match loads.is_empty() {
+        let law = match message.moment.is_empty() {
             true => None,
             false => Law::check(message, &scene.units)?,
         };
-        if law.is_some() && (hold > 1 || axes == ForceAxes::Body) {
+        if law.is_some() && (hold > 1 || axes != Axes::Split) {
             return Err(ControlError::HeldFeedback {
                 found,
                 frame: excerpt(&message.header.frame_id),
@@ -251,36 +249,45 @@ impl Controls {
         Some(usize::try_from(interval).unwrap_or(usize::MAX))
     }
 
-    /// The load during `step` of the body that is in `state` at its start, in the scene's axes; `None` before the first
-    /// interval, zero after the last.
-    pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
+    /// The load during `step` of the body, where all bodies are in `states` at its start: the force in the inertial frame, the
+    /// moment in that of the body; `None` before the first interval, zero after the last.
+    pub(crate) fn at(&self, step: u64, states: &[BodyState]) -> Option<Load> {
         let interval = self.interval(step)?;
         let Some(load) = self.loads.get(interval) else {
             return Some(Load::default());
         };
-        Some(match (&self.law, self.axes) {
-            (Some(law), _) => law.correct(interval, load, state),
-            (None, ForceAxes::Inertial) => *load,
-            (None, ForceAxes::Body) => Load {
-                force: state.attitude * load.force,
-                ..*load
-            },
+        Some(match &self.law {
+            Some(law) => law.correct(interval, load, &states[self.body]),
+            None => (self.axes).load(self.body, load, |index| states[index].attitude),
         })
     }
 }
 
-/// The axes that a frame's name means for a body; without one, those of the scene.
-fn axes(scene: &Scene, body: usize, frame: &str) -> Result<ForceAxes, ControlError> {
-    let own = &scene.bodies[body].frame;
-    match frame {
-        "" => Ok(ForceAxes::Inertial),
-        _ if frame == scene.frame => Ok(ForceAxes::Inertial),
-        _ if frame == own => Ok(ForceAxes::Body),
-        _ => Err(ControlError::Frame {
-            found: excerpt(frame),
-            inertial: scene.frame.clone(),
-            body: own.clone(),
-        }),
+/// Whether the moments of a message are in `feedback`.
+fn holds_moments(message: &ControlSequence) -> bool {
+    message.moment.is_empty() && message.reference.is_empty() && !message.feedback.is_empty()
+}
+
+/// The axes that the frame of a message means for a body; without one, those of the scene.
+fn axes(scene: &Scene, body: usize, message: &ControlSequence) -> Result<Axes, ControlError> {
+    let frame = &message.header.frame_id;
+    let held = holds_moments(message);
+    match Axes::named(scene, frame) {
+        Some(axes) if held => Ok(axes),
+        Some(Axes::Inertial) => Ok(Axes::Split),
+        Some(Axes::Body(own)) if own == body => Ok(Axes::Body(own)),
+        _ => {
+            let bodies = scene.bodies.iter().enumerate();
+            let bodies = bodies.filter(|(index, _)| held || *index == body);
+            let bodies = bodies.map(|(_, body)| &body.frame);
+            Err(ControlError::Frame {
+                found: excerpt(frame),
+                known: std::iter::once(&scene.frame)
+                    .chain(bodies)
+                    .cloned()
+                    .collect(),
+            })
+        }
     }
 }
 
@@ -293,11 +300,21 @@ fn hold(found: f64, step: f64) -> Option<u64> {
 
 /// The controls of a message in the scene's units.
 fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlError> {
-    let (forces, moments) = (message.force.len(), message.moment.len());
-    if forces != moments {
-        return Err(ControlError::Lengths { forces, moments });
+    let held: Vec<_> = match holds_moments(message) && !message.force.is_empty() {
+        true => held_moments(message)?,
+        false => Vec::new(),
+    };
+    let moments = match held.is_empty() {
+        true => &message.moment,
+        false => &held,
+    };
+    if message.force.len() != moments.len() {
+        return Err(ControlError::Lengths {
+            forces: message.force.len(),
+            moments: moments.len(),
+        });
     }
-    if forces == 0 && message.feedback.is_empty() {
+    if message.force.is_empty() && message.feedback.is_empty() {
         return Err(ControlError::Empty);
     }
     let finite = |field, interval, vector: &Vector3| {
@@ -312,7 +329,7 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
             })
         }
     };
-    let intervals = message.force.iter().zip(&message.moment).enumerate();
+    let intervals = message.force.iter().zip(moments).enumerate();
     intervals
         .map(|(interval, (force, moment))| {
             let load = Load {
@@ -322,4 +339,15 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
             Ok(scene.units.load_from_si(&load))
         })
         .collect()
+}
+
+/// The moments that a message has in `feedback`.
+fn held_moments(message: &ControlSequence) -> Result<Vec<Vector3>, ControlError> {
+    let (forces, found) = (message.force.len(), message.feedback.len());
+    let (moments, rest) = message.feedback.as_chunks();
+    if !rest.is_empty() || moments.len() != forces {
+        return Err(ControlError::HeldMoments { found, forces });
+    }
+    let moments = moments.iter().map(|&[x, y, z]| Vector3 { x, y, z });
+    Ok(moments.collect())
 }

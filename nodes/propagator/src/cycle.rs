@@ -9,6 +9,7 @@ use tracing::warn;
 
 use crate::command::{Command, Target};
 use crate::effort::Actuators;
+use crate::timeouts::Timeouts;
 
 /// The control periods of a flight in lockstep.
 pub(crate) struct Cycle {
@@ -122,8 +123,8 @@ impl Cycle {
         Some((*since, missing))
     }
 
-    /// Whether the flight waits at this step.
-    pub(crate) fn waits(&mut self, scene: &Scene, step: u64) -> bool {
+    /// Whether the flight waits at this step; what has missed its deadline is counted.
+    pub(crate) fn waits(&mut self, scene: &Scene, step: u64, timeouts: &mut Timeouts) -> bool {
         let (silent, told, deadline) = (self.is_silent(), self.told, self.deadline);
         let Some((since, missing)) = self.wait_at(step) else {
             return false;
@@ -138,6 +139,7 @@ impl Cycle {
             }
             return true;
         }
+        missing.iter().for_each(|target| timeouts.miss(*target));
         if let Some(target) = missing.first() {
             let what = target.describe(scene);
             warn!(

@@ -6,6 +6,7 @@
 //! controls only, so that a recorded flight can be repeated bit for bit.
 
 mod actuation;
+mod axes;
 mod choosing;
 mod command;
 mod config;
@@ -28,12 +29,14 @@ mod resolution;
 mod run;
 mod sensors;
 mod set_states;
+mod timeouts;
 mod wrench;
 
 use std::process::ExitCode;
 
 pub use actuation::{Actuation, ActuationError};
-pub use controls::{ControlError, Controls, ForceAxes};
+pub use axes::Axes;
+pub use controls::{ControlError, Controls};
 pub use flight::{Flight, SetStatesError};
 pub use law::{Law, LawError};
 pub use set_states::{SetStates, StateError};

@@ -333,7 +333,7 @@ impl Propagator {
     }
 
     fn advance(&mut self) -> Result<(), NodeError> {
-        self.note_silence();
+        self.note_timeouts();
         let step = self.flight.step();
         let timed = self.monitor.times(step, !self.pace.is_free());
         let report = if self.sensors.is_empty() {

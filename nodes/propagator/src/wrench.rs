@@ -1,7 +1,9 @@
 //! Wrenches from outside: what acts on a body until another one comes or its time is over.
 
+use std::iter::once;
+
 use lgvi_common::control_sequence;
-use lgvi_dynamics::{BodyState, Load};
+use lgvi_dynamics::Load;
 use lgvi_middleware::Parameters;
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::excerpt;
@@ -12,7 +14,7 @@ use lgvi_scene::Scene;
 use nalgebra::Vector3;
 use thiserror::Error;
 
-use crate::ForceAxes;
+use crate::Axes;
 
 /// Steps that wrenches may be delayed by: one may wait for each.
 const MOST_DELAY: u64 = 100_000;
@@ -34,8 +36,8 @@ pub(crate) struct Wrench {
     pub(crate) body: usize,
     /// The time in its header (ns).
     pub(crate) stamp: i64,
-    /// Axes of force and moment. The force acts at the center of mass.
-    axes: ForceAxes,
+    /// Those of force and moment: of the body, the inertial ones, or of another body. The force acts at the center of mass.
+    axes: Axes,
     load: Load,
 }
 
@@ -117,17 +119,20 @@ impl Wrench {
             force: finite("force", &message.wrench.force)?,
             moment: finite("torque", &message.wrench.torque)?,
         });
-        let frame = &message.header.frame_id;
-        let (axes, load) = if *frame == scene.frame {
-            (ForceAxes::Inertial, load)
-        } else {
-            let own = &scene.bodies[body].frame;
-            let fixed = if frame.is_empty() { own } else { frame };
-            let mount = scene.mount(body, fixed).ok_or_else(|| WrenchError::Frame {
-                found: excerpt(frame),
-                known: frames(scene, body),
-            })?;
-            (ForceAxes::Body, mount.load(&load))
+        let frame = match message.header.frame_id.as_str() {
+            "" => &scene.bodies[body].frame,
+            given => given,
+        };
+        let (base, mount) = scene.base(frame);
+        let (axes, load) = match Axes::named(scene, base) {
+            Some(Axes::Body(own)) if own == body => (Axes::Body(own), mount.load(&load)),
+            Some(axes) => (axes, mount.turn(&load)),
+            None => {
+                return Err(WrenchError::Frame {
+                    found: excerpt(frame),
+                    known: frames(scene, body),
+                });
+            }
         };
         let si = scene.units.load_to_si(&load);
         for (field, given, parts) in [
@@ -151,8 +156,7 @@ impl Wrench {
         })
     }
 
-    /// The control sequence that it is from `first_step` on, for a body that is in `state` when it is taken. Forces in the
-    /// inertial frame stay so; a moment given there stays in the axes that the body has now.
+    /// The control sequence that it is from `first_step` on.
     ///
     /// # Errors
     /// A stamp that ROS time cannot hold.
@@ -161,23 +165,19 @@ impl Wrench {
         scene: &Scene,
         terms: &Terms,
         first_step: u64,
-        state: &BodyState,
     ) -> Result<ControlSequence, StampError> {
-        let mut load = self.load;
-        if self.axes == ForceAxes::Inertial {
-            load.moment = state.attitude.tr_mul(&load.moment);
-        }
         let [force, moment] = terms.limits;
         let units = &scene.units;
-        load.force = within(force / units.force(), load.force);
-        load.moment = within(moment / units.energy(), load.moment);
+        let load = Load {
+            force: within(force / units.force(), self.load.force),
+            moment: within(moment / units.energy(), self.load.moment),
+        };
         let mut sequence = control_sequence(scene, self.body, first_step, &[load], None)?;
         sequence.step_size = terms.duration(scene);
-        if self.axes == ForceAxes::Body {
-            sequence
-                .header
-                .frame_id
-                .clone_from(&scene.bodies[self.body].frame);
+        sequence.header.frame_id = self.axes.frame(scene).to_owned();
+        if self.axes != Axes::Body(self.body) {
+            let moments = std::mem::take(&mut sequence.moment);
+            sequence.feedback = moments.iter().flat_map(|m| [m.x, m.y, m.z]).collect();
         }
         Ok(sequence)
     }
@@ -208,9 +208,19 @@ fn finite(field: &'static str, vector: &Components) -> Result<Vector3<f64>, Wren
     }
 }
 
-/// The frames in which a wrench on the body may be given.
+/// The frames in which a wrench on the body may be given: those fixed in it, and all others of the scene.
 fn frames(scene: &Scene, body: usize) -> Vec<String> {
-    let mut frames: Vec<_> = scene.fixed_frames(body).map(str::to_owned).collect();
-    frames.insert(1, scene.frame.clone());
-    frames
+    let own: Vec<_> = scene.fixed_frames(body).collect();
+    let bodies = scene.bodies.iter().map(|body| &body.frame);
+    let fixed = scene.frames.iter().map(|frame| &frame.name);
+    let fixed = fixed.filter(|name| **name != scene.frame);
+    let others = once(&scene.frame).chain(bodies).chain(fixed);
+    let others = others
+        .map(String::as_str)
+        .filter(|name| !own.contains(name));
+    own.iter()
+        .copied()
+        .chain(others)
+        .map(str::to_owned)
+        .collect()
 }

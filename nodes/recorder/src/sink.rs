@@ -45,7 +45,7 @@ impl Drop for Ending {
 }
 
 impl Sink {
-    /// Writes to `writer` what comes through the queue; `tell` is called from time to time. Where writing fails, all that has
+    /// Writes to `writer` what comes through the queue, until it has no outlets; `tell` is called from time to time. Where writing fails, all that has
     /// been received by then is counted before the bag is closed: whoever sees that it has [`failed`](Self::failed) has to
     /// drop the queue's outlets.
     pub(crate) fn start(

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::Simulation;
-use crate::thrusters::{Firing, ThrusterState};
+use crate::thrusters::{Condition, Firing};
 use crate::wheels::WheelState;
 use crate::{ActuatorStates, BodyState, Load, RigidBody, StepError, StepReport};
 
@@ -28,7 +28,7 @@ struct Activity {
 struct Begun {
     linear_momentum: Vector3<f64>,
     angular_momentum: Vector3<f64>,
-    thrusters: Option<ThrusterState>,
+    thrusters: Option<Condition>,
     firing: Firing,
 }
 
@@ -44,7 +44,7 @@ impl Begun {
         let mut begun = Self {
             linear_momentum: state.linear_momentum,
             angular_momentum: state.angular_momentum,
-            thrusters: body.thrusters().map(|thrusters| thrusters.state()),
+            thrusters: body.thrusters().map(|thrusters| thrusters.condition()),
             firing: Firing::default(),
         };
         if let Some(thrusters) = body.thrusters_mut() {

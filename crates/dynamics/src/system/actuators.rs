@@ -2,6 +2,7 @@
 
 use super::System;
 use crate::RigidBody;
+use crate::thrusters::ThrusterState;
 use crate::wheels::WheelState;
 
 /// What the wheels and thrusters of a system are in, apart from pulses on their way.
@@ -11,8 +12,8 @@ pub struct ActuatorStates {
     pub wheels: Vec<WheelState>,
     /// The mass of the propellant that is left, for each body with thrusters.
     pub propellants: Vec<f64>,
-    /// The mean forces of all thrusters over the last step, body by body.
-    pub thrusts: Vec<f64>,
+    /// The states of all thrusters, body by body.
+    pub thrusters: Vec<ThrusterState>,
 }
 
 impl ActuatorStates {
@@ -28,10 +29,10 @@ impl ActuatorStates {
         self.wheels.clear();
         self.wheels.extend(system.wheel_states());
         self.propellants.clear();
-        self.thrusts.clear();
+        self.thrusters.clear();
         for thrusters in system.bodies.iter().filter_map(RigidBody::thrusters) {
             self.propellants.push(thrusters.propellant_left());
-            self.thrusts.extend_from_slice(thrusters.thrust());
+            self.thrusters.extend_from_slice(thrusters.states());
         }
     }
 }
@@ -45,16 +46,16 @@ impl System {
     /// Sets the states of wheels and thrusters; of more than there are, the rest is ignored.
     pub fn set_actuator_states(&mut self, states: &ActuatorStates) {
         self.set_wheel_states(&states.wheels);
-        let mut thrusts = states.thrusts.as_slice();
+        let mut all = states.thrusters.as_slice();
         let each = self.bodies.iter_mut();
         let each = each.filter(|body| body.thrusters().is_some());
         for (body, &left) in each.zip(&states.propellants) {
             body.set_propellant(left);
             if let Some(thrusters) = body.thrusters_mut()
-                && let Some((own, others)) = thrusts.split_at_checked(thrusters.thrust().len())
+                && let Some((own, others)) = all.split_at_checked(thrusters.states().len())
             {
-                thrusters.set_thrust(own);
-                thrusts = others;
+                thrusters.set_states(own);
+                all = others;
             }
         }
         self.take_masses();

@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Firing, ThrusterState, Thrusters};
+use super::{Condition, Firing, Thrusters};
 use crate::{BodyError, BodyState, Inertia, InertiaError, MassDistribution, Mobility, RigidBody};
 
 /// A body with all its propellant.
@@ -70,10 +70,10 @@ impl RigidBody {
         let Some(loaded) = &thrusters.loaded else {
             return;
         };
-        if thrusters.state.propellant == left {
+        if thrusters.condition.propellant == left {
             return;
         }
-        thrusters.state.propellant = left;
+        thrusters.condition.propellant = left;
         let used = thrusters.propellant.mass - left;
         // Both ends are inertias of rigid bodies, and so is what is between them.
         if let Ok(inertia) = loaded.inertia(used / thrusters.propellant.mass) {
@@ -103,7 +103,7 @@ impl RigidBody {
 
     fn note_velocity_change(&mut self, change: Vector3<f64>) {
         if let Some(thrusters) = &mut self.thrusters {
-            thrusters.state.velocity_change += change;
+            thrusters.condition.velocity_change += change;
         }
     }
 
@@ -122,7 +122,7 @@ impl RigidBody {
         let Some(thrusters) = &self.thrusters else {
             return;
         };
-        let left = thrusters.state.propellant - dt * firing.mass_flow;
+        let left = thrusters.condition.propellant - dt * firing.mass_flow;
         let (mass, velocity) = (self.mass, state.velocity(self));
         let before = state.angular_velocity(self);
         self.set_propellant(left.max(0.0));
@@ -141,11 +141,11 @@ impl RigidBody {
         }
     }
 
-    /// Returns to a state of the thrusters.
-    pub(crate) fn restore_thrusters(&mut self, state: ThrusterState) {
-        self.set_propellant(state.propellant);
+    /// Returns to a condition of the thrusters.
+    pub(crate) fn restore_thrusters(&mut self, condition: Condition) {
+        self.set_propellant(condition.propellant);
         if let Some(thrusters) = &mut self.thrusters {
-            thrusters.state = state;
+            thrusters.condition = condition;
         }
     }
 }

@@ -94,21 +94,29 @@ pub enum ThrusterError {
 pub struct Thrusters {
     thrusters: Vec<Thruster>,
     propellant: Propellant,
-    state: ThrusterState,
+    condition: Condition,
     /// The body with all its propellant.
     loaded: Option<Loaded>,
 }
 
+/// The state of a thruster.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ThrusterState {
+    /// Mean force over the last step.
+    pub thrust: f64,
+    /// Sum of the impulses since the start.
+    pub impulse: f64,
+}
+
 /// What changes from step to step.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(crate) struct ThrusterState {
+pub(crate) struct Condition {
     valves: Vec<Valve>,
     /// Forces that are asked for.
     commands: Vec<f64>,
     /// Steps for which they have acted.
     age: u64,
-    /// Mean forces over the last step.
-    thrust: Vec<f64>,
+    states: Vec<ThrusterState>,
     /// Mass of the propellant that is left.
     propellant: f64,
     /// Change of the velocity by the thrusters in the last step, inertial frame.
@@ -226,12 +234,12 @@ impl Thrusters {
         }
         let count = thrusters.len();
         Ok(Self {
-            state: ThrusterState {
+            condition: Condition {
                 valves: vec![Valve::default(); count],
                 commands: vec![0.0; count],
-                thrust: vec![0.0; count],
+                states: vec![ThrusterState::default(); count],
                 propellant: mass,
-                ..ThrusterState::default()
+                ..Condition::default()
             },
             thrusters,
             propellant,
@@ -251,40 +259,40 @@ impl Thrusters {
 
     /// The mass of the propellant that is left.
     pub fn propellant_left(&self) -> f64 {
-        self.state.propellant
+        self.condition.propellant
     }
 
-    /// The mean forces over the last step, one per thruster.
-    pub fn thrust(&self) -> &[f64] {
-        &self.state.thrust
+    /// The states of the thrusters, one per thruster.
+    pub fn states(&self) -> &[ThrusterState] {
+        &self.condition.states
     }
 
-    /// Sets the mean forces over the last step, one per thruster.
-    pub fn set_thrust(&mut self, thrust: &[f64]) {
-        self.state.thrust.copy_from_slice(thrust);
+    /// Sets the states of the thrusters, one per thruster.
+    pub fn set_states(&mut self, states: &[ThrusterState]) {
+        self.condition.states.copy_from_slice(states);
     }
 
     /// The change of the body's velocity by the thrusters in the last step, inertial frame.
     pub fn velocity_change(&self) -> Vector3<f64> {
-        self.state.velocity_change
+        self.condition.velocity_change
     }
 
     /// Sets the mean forces that are asked for from the next step on, one per thruster, for which they have already acted in
     /// `age` steps. Pulses begin with the command.
     pub fn set_commands(&mut self, thrust: &[f64], age: u64) {
-        self.state.commands.copy_from_slice(thrust);
-        self.state.age = age;
+        self.condition.commands.copy_from_slice(thrust);
+        self.condition.age = age;
     }
 
     /// What changes from step to step.
-    pub(crate) fn state(&self) -> ThrusterState {
-        self.state.clone()
+    pub(crate) fn condition(&self) -> Condition {
+        self.condition.clone()
     }
 
     /// Moves the valves over a step of length `h`.
     pub(crate) fn begin_step(&mut self, h: f64) -> Firing {
         let step = h.abs();
-        let state = &mut self.state;
+        let state = &mut self.condition;
         state.velocity_change = Vector3::zeros();
         for (index, thruster) in self.thrusters.iter().enumerate() {
             let period = (thruster.pulse_period / step).round().max(1.0);
@@ -293,34 +301,38 @@ impl Thrusters {
                 let open = thruster.opening(state.commands[index], period * step);
                 valve.pulse(thruster.delay / step, open / step);
             }
-            state.thrust[index] = valve.pass() * thruster.thrust;
+            state.states[index].thrust = valve.pass() * thruster.thrust;
         }
         state.age = state.age.saturating_add(1);
         let asked = self.mass_flow() * step;
-        if asked > self.state.propellant {
-            let share = self.state.propellant / asked;
-            for (thrust, thruster) in self.state.thrust.iter_mut().zip(&self.thrusters) {
+        if asked > self.condition.propellant {
+            let share = self.condition.propellant / asked;
+            for (state, thruster) in self.condition.states.iter_mut().zip(&self.thrusters) {
                 if thruster.exhaust_velocity.is_finite() {
-                    *thrust *= share;
+                    state.thrust *= share;
                 }
             }
+        }
+        for state in &mut self.condition.states {
+            state.impulse += step * state.thrust;
         }
         self.firing()
     }
 
     fn mass_flow(&self) -> f64 {
-        let each = self.thrusters.iter().zip(&self.state.thrust);
-        each.map(|(thruster, thrust)| thrust / thruster.exhaust_velocity)
+        let each = self.thrusters.iter().zip(&self.condition.states);
+        each.map(|(thruster, state)| state.thrust / thruster.exhaust_velocity)
             .sum()
     }
 
     fn firing(&self) -> Firing {
         let mut sum = Firing::default();
-        for (thruster, thrust) in self.thrusters.iter().zip(&self.state.thrust) {
-            if *thrust == 0.0 {
+        for (thruster, state) in self.thrusters.iter().zip(&self.condition.states) {
+            let thrust = state.thrust;
+            if thrust == 0.0 {
                 continue;
             }
-            let (r, force) = (&thruster.position, *thrust * thruster.direction);
+            let (r, force) = (&thruster.position, thrust * thruster.direction);
             let flow = thrust / thruster.exhaust_velocity;
             sum.force += force;
             sum.moment += r.cross(&force);

@@ -302,6 +302,8 @@ fn pulses_have_their_impulse_to_rounding() {
         fly(&mut simulation, 30);
         let miss = simulation.states()[0].linear_momentum.y - expected;
         assert!(miss.abs() < 1e-12, "{miss:e} of {expected}");
+        let told = ActuatorStates::of(simulation.system()).thrusters[0].impulse;
+        assert!((told - expected).abs() < 1e-12, "{told} of {expected}");
     }
 }
 
@@ -322,7 +324,7 @@ fn a_pulse_begins_after_its_delay() {
     let thrusts: Vec<_> = (0..16)
         .map(|_| {
             fly(&mut simulation, 1);
-            ActuatorStates::of(simulation.system()).thrusts[0]
+            ActuatorStates::of(simulation.system()).thrusters[0].thrust
         })
         .collect();
     let pulse = [0.0, 0.0, 2.0, 2.0, 1.0, 0.0, 0.0, 0.0];
@@ -402,12 +404,9 @@ fn wheels_and_thrusters_act_at_once() {
     let mut expected = simulation.invariants();
     let impulse = |simulation: &Simulation, at: &BodyState| {
         let mut change = (Vector3::zeros(), Vector3::zeros());
-        for (thruster, thrust) in craft
-            .thrusters
-            .iter()
-            .zip(ActuatorStates::of(simulation.system()).thrusts)
-        {
-            let force = thrust * thruster.direction.normalize();
+        let states = ActuatorStates::of(simulation.system()).thrusters;
+        for (thruster, state) in craft.thrusters.iter().zip(states) {
+            let force = state.thrust * thruster.direction.normalize();
             change.0 += 0.005 * (at.attitude * force);
             change.1 += 0.005 * (at.attitude * thruster.position.cross(&force));
         }

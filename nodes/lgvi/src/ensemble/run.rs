@@ -213,5 +213,11 @@ fn remarks(campaign: &Campaign<'_>, scene: &Scene) -> Vec<String> {
     if replans.is_some() {
         remarks.push("no new plans were made on the way: all samples fly the nominal one".into());
     }
+    if !scene.sensors.is_empty() {
+        remarks.push("sensors were not read: nobody listens, and no sample depends on them".into());
+    }
+    if scene.bodies.iter().any(|body| !body.wheels.is_empty()) {
+        remarks.push("reaction wheels coasted: there is no controller".into());
+    }
     remarks
 }

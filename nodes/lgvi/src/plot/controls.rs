@@ -2,7 +2,7 @@
 //! them is not in it.
 
 use lgvi_dynamics::Load;
-use lgvi_propagator::{Controls, ForceAxes};
+use lgvi_propagator::Controls;
 use nalgebra::Matrix3;
 
 /// What acted on one body: sequences one after the other, zero before, between and after them.
@@ -14,22 +14,19 @@ pub(crate) struct Track {
 
 impl Track {
     /// Takes the next accepted sequence: it acts from its first step on, up to step `end` at most, in place of any before
-    /// it. `attitude` is that of the body at a step.
+    /// it. `attitude` is that of the body of an index at a step.
     pub(crate) fn accept(
         &mut self,
         controls: &Controls,
         end: u64,
-        attitude: impl Fn(u64) -> Matrix3<f64>,
+        attitude: impl Fn(u64, usize) -> Matrix3<f64>,
     ) {
         let start = controls.first_step;
         let loads = (start..controls.end().min(end))
             .map_while(|step| Some((step, controls.during(step)?)))
-            .map(|(step, load)| match controls.axes {
-                ForceAxes::Inertial => load,
-                ForceAxes::Body => Load {
-                    force: attitude(step) * load.force,
-                    ..load
-                },
+            .map(|(step, load)| {
+                let attitude = |body| attitude(step, body);
+                controls.axes.load(controls.body, &load, attitude)
             });
         let before = self.sequences.partition_point(|(first, _)| *first < start);
         self.sequences.truncate(before);
@@ -88,6 +85,7 @@ impl Track {
 
 #[cfg(test)]
 mod tests {
+    use lgvi_propagator::Axes;
     use nalgebra::Vector3;
 
     use super::*;
@@ -101,7 +99,7 @@ mod tests {
             body: 0,
             first_step,
             hold: 1,
-            axes: ForceAxes::Inertial,
+            axes: Axes::Split,
             loads: vec![load; count],
             actuation: None,
             law: None,
@@ -111,7 +109,7 @@ mod tests {
     /// A quarter turn about z at every step.
     fn accept(track: &mut Track, controls: Controls) {
         let turned = Matrix3::new(0.0, -1.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0, 1.0);
-        track.accept(&controls, 100, |_| turned);
+        track.accept(&controls, 100, |_, _| turned);
     }
 
     #[test]
@@ -119,7 +117,7 @@ mod tests {
         let mut track = Track::default();
         let held = Controls {
             hold: 2,
-            axes: ForceAxes::Body,
+            axes: Axes::Body(0),
             ..controls(1, 1.0, 1)
         };
         accept(&mut track, held);

@@ -94,7 +94,7 @@ fn tracks(scene: &Scene, samples: &[Sample], controls: Vec<Controls>) -> Vec<Tra
     let mut tracks = vec![Track::default(); scene.bodies.len()];
     for (controls, end) in acting {
         let body = controls.body;
-        let attitude = |step| {
+        let attitude = |step, body: usize| {
             let next = samples.partition_point(|sample| sample.step <= step);
             samples[next.saturating_sub(1)].bodies[body].attitude
         };
@@ -322,12 +322,12 @@ impl FlightData {
                 body,
                 first_step: 0,
                 hold: steps,
-                axes: lgvi_propagator::ForceAxes::Inertial,
+                axes: lgvi_propagator::Axes::Split,
                 loads: vec![load],
                 actuation: None,
                 law: None,
             };
-            tracks[body].accept(&controls, steps, |_| Matrix3::identity());
+            tracks[body].accept(&controls, steps, |_, _| Matrix3::identity());
         }
         let mut samples = Vec::new();
         for step in 0..=steps {

@@ -13,12 +13,15 @@ use super::series::{Curve, Panel, over_time};
 use super::style;
 use crate::flight_bag::FlightBag;
 
+/// Most thrusters that are drawn one by one.
+const MOST_CURVES: usize = 6;
+
 /// What the thrusters of a body did and left.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Firing {
     body: usize,
-    /// Mean force of each over the last step (N).
-    thrust: Vec<f64>,
+    /// Impulse of each since the start (N s).
+    impulses: Vec<f64>,
     /// The mass of the body (kg), if it has propellant.
     mass: Option<f64>,
 }
@@ -26,7 +29,7 @@ pub(super) struct Firing {
 /// The states of the thrusters of a body in a bag, by their stamps (ns).
 struct Record {
     body: usize,
-    thrust: BTreeMap<i64, Vec<f64>>,
+    impulses: BTreeMap<i64, Vec<f64>>,
     /// `None` of a body without propellant.
     mass: Option<BTreeMap<i64, f64>>,
 }
@@ -44,15 +47,15 @@ impl ThrusterRecord {
         let bodies = bag.scene.bodies.iter().enumerate();
         let each = bodies.filter(|(_, body)| !body.thrusters.is_empty());
         let each = each.map(|(index, body)| {
-            let mut thrust = BTreeMap::new();
+            let mut impulses = BTreeMap::new();
             let states = bag.of_body("thruster_states", &body.name, |s: &JointState| &s.header)?;
             for (stamp, state) in states {
-                if state.name != body.thrusters || state.effort.len() != state.name.len() {
+                if state.name != body.thrusters || state.position.len() != state.name.len() {
                     let expected = body.thrusters.join(", ");
                     let error = format!("thruster states of {:?}, expected {expected}", state.name);
                     return Err(bag.refuse(&error));
                 }
-                thrust.insert(stamp, state.effort);
+                impulses.insert(stamp, state.position);
             }
             let mass = match body.has_propellant() {
                 true => {
@@ -65,7 +68,7 @@ impl ThrusterRecord {
             };
             Ok(Record {
                 body: index,
-                thrust,
+                impulses,
                 mass,
             })
         });
@@ -82,7 +85,7 @@ impl ThrusterRecord {
             };
             let firing = Firing {
                 body: record.body,
-                thrust: record.thrust.get(&stamp)?.clone(),
+                impulses: record.impulses.get(&stamp)?.clone(),
                 mass,
             };
             if let Some(mass) = mass {
@@ -97,20 +100,27 @@ impl ThrusterRecord {
     }
 }
 
-/// Forces of the thrusters and mass of each body.
+/// Impulses of the thrusters and mass of each body.
 pub(super) fn panels(flight: &FlightData) -> Vec<Panel> {
     let mut panels = Vec::new();
     for (place, firing) in flight.first().firings.iter().enumerate() {
         let named = &flight.scene.bodies[firing.body];
-        let colors = style::BODIES.iter().cycle();
-        let each = named.thrusters.iter().zip(colors).enumerate();
-        let curves = each.map(|(index, (name, color))| Curve {
-            label: name.clone(),
-            color: *color,
-            points: over_time(flight, |sample| sample.firings[place].thrust[index]),
-        });
-        let title = format!("Thrust of {}", named.name);
-        panels.push(Panel::new(title, "N", curves.collect()));
+        let curve = |label: &str, color, impulse: &dyn Fn(&[f64]) -> f64| Curve {
+            label: label.to_owned(),
+            color,
+            points: over_time(flight, |sample| impulse(&sample.firings[place].impulses)),
+        };
+        let curves = if named.thrusters.len() > MOST_CURVES {
+            let color = style::BODIES[firing.body % style::BODIES.len()];
+            vec![curve("all", color, &|impulses| impulses.iter().sum())]
+        } else {
+            let colors = style::BODIES.iter().cycle();
+            let each = named.thrusters.iter().zip(colors).enumerate();
+            each.map(|(index, (name, color))| curve(name, *color, &|impulses| impulses[index]))
+                .collect()
+        };
+        let title = format!("Impulse of the thrusters of {}", named.name);
+        panels.push(Panel::new(title, "N s", curves));
         if firing.mass.is_some() {
             let curve = Curve {
                 label: named.name.clone(),

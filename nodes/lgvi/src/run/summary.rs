@@ -75,6 +75,9 @@ impl Display for Summary<'_> {
                     flight.late_controls
                 )?;
             }
+            for timeouts in &flight.command_timeouts {
+                write!(f, "\n  timeouts  {timeouts}")?;
+            }
             if flight.cut_steps > 0 {
                 write!(
                     f,

@@ -337,8 +337,8 @@ impl Link {
 
 /// The sequence without its feedback law.
 fn open_loop(scene: &Scene, message: &ControlSequence) -> ControlSequence {
-    if message.force.is_empty() {
-        // Commands of actuators.
+    if message.moment.is_empty() {
+        // What is in `feedback` is no law.
         return message.clone();
     }
     ControlSequence {

@@ -144,7 +144,8 @@ pub(crate) fn joint_state(
     Ok(message)
 }
 
-/// The thrusters of a body, which the system has in their present state: their mean forces over the last step.
+/// The thrusters of a body, which the system has in their present state: their mean forces over the last step, and in the place
+/// of positions their impulses since the start.
 pub(crate) fn thruster_states(
     scene: &Scene,
     system: &System,
@@ -153,16 +154,18 @@ pub(crate) fn thruster_states(
 ) -> Result<JointState, StampError> {
     let named = &scene.bodies[body];
     let thrusters = system.bodies()[body].thrusters();
-    let thrust = thrusters.map_or(&[][..], |thrusters| thrusters.thrust());
+    let states = thrusters.map_or(&[][..], |thrusters| thrusters.states());
+    let unit = scene.units.force();
     Ok(JointState {
         header: Header {
             frame_id: named.frame.clone(),
             ..header(scene, snapshot.step)?
         },
         name: named.thrusters.clone(),
-        effort: (thrust.iter())
-            .map(|thrust| thrust * scene.units.force())
+        position: (states.iter())
+            .map(|state| state.impulse * unit * scene.units.time)
             .collect(),
+        effort: states.iter().map(|state| state.thrust * unit).collect(),
         ..JointState::default()
     })
 }

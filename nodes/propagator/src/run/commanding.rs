@@ -11,13 +11,14 @@ use super::{Propagator, WAIT};
 use crate::command::{Command, Target};
 use crate::config::Config;
 use crate::cycle::Cycle;
+use crate::timeouts::Timeouts;
 use crate::wrench::Terms;
 use crate::{ControlError, Controls};
 
 /// How often waiting looks whether the answer of a controller has come.
 const ANSWER: Duration = Duration::from_micros(20);
 
-/// How often a state is published until its first answer comes, and a warning comes at most.
+/// How often a state is published until its first answer comes.
 const PROMPT: Duration = Duration::from_secs(1);
 
 /// The commands of a flight.
@@ -28,10 +29,8 @@ pub(super) struct Commanding {
     cycle: Option<Cycle>,
     /// Those taken for the present step, by the index of their target.
     latest: Vec<Option<Command>>,
-    /// For what commands act, and the steps at which these are over.
-    acting: Vec<(Target, u64)>,
-    /// When it was last said that a command is over.
-    silence_told: Option<Instant>,
+    /// Those that were over before others came.
+    pub(super) timeouts: Timeouts,
     /// When the state that is waited at was last published.
     asked: Instant,
 }
@@ -48,8 +47,7 @@ impl Commanding {
             terms: config.terms.map(|terms| terms.for_steps(every)),
             cycle,
             latest: vec![None; Target::count(scene.bodies.len())],
-            acting: Vec::new(),
-            silence_told: None,
+            timeouts: Timeouts::default(),
             asked: Instant::now(),
         })
     }
@@ -65,7 +63,7 @@ impl Commanding {
         if let Some(cycle) = &mut self.cycle {
             cycle.begin_anew();
         }
-        self.acting.clear();
+        self.timeouts = Timeouts::default();
     }
 }
 
@@ -124,32 +122,23 @@ impl Propagator {
         first_step: u64,
     ) -> Result<(), NodeError> {
         let sequence = command
-            .sequence(&self.scene, terms, first_step, self.flight.states())
+            .sequence(&self.scene, terms, first_step)
             .map_err(NodeError::runtime)?;
         let controls = Controls::of_message(&self.scene, &sequence).map_err(NodeError::runtime)?;
-        let end = controls.end();
         self.flight.accept(controls).map_err(NodeError::runtime)?;
         self.accepted += 1;
-        let target = command.target();
-        self.commanding.acting.retain(|(other, _)| *other != target);
-        self.commanding.acting.push((target, end));
+        self.commanding.timeouts.watch(command.target());
         self.link.flies(sequence);
         Ok(())
     }
 
     /// Says where the last command for a target is over, at most once a second.
-    pub(super) fn note_silence(&mut self) {
-        let (step, before) = (self.flight.step(), self.commanding.acting.len());
-        self.commanding.acting.retain(|(target, end)| {
-            let quiet = |told: Instant| told.elapsed() < PROMPT;
-            if step >= *end && !self.commanding.silence_told.is_some_and(quiet) {
-                let what = target.describe(&self.scene);
-                warn!("no new {what}: none acts from step {step} on");
-            }
-            step < *end
-        });
-        if self.commanding.acting.len() < before {
-            self.commanding.silence_told = Some(Instant::now());
+    pub(super) fn note_timeouts(&mut self) {
+        let (scene, flight) = (&self.scene, &self.flight);
+        let acts = |target: Target| flight.acts(target);
+        if let Some(target) = self.commanding.timeouts.note(acts, Instant::now) {
+            let (what, step) = (target.describe(scene), flight.step());
+            warn!("no new {what}: none acts from step {step} on");
         }
     }
 
@@ -159,10 +148,13 @@ impl Propagator {
         if step == self.scene.steps {
             return Ok(false);
         }
-        let Some(cycle) = &mut self.commanding.cycle else {
+        let Commanding {
+            cycle, timeouts, ..
+        } = &mut self.commanding;
+        let Some(cycle) = cycle else {
             return Ok(false);
         };
-        let waited = cycle.waits(&self.scene, step);
+        let waited = cycle.waits(&self.scene, step, timeouts);
         if waited && cycle.is_silent() && self.commanding.asked.elapsed() >= PROMPT {
             // Who has come since has not seen it.
             self.commanding.asked = Instant::now();

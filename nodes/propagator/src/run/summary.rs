@@ -24,6 +24,7 @@ impl Propagator {
             refused: self.states.lost(),
             overruns: self.pace.overruns,
             late_controls: self.late_controls,
+            command_timeouts: self.commanding.timeouts.report(&self.scene),
             cut_steps: self.cuts.total(),
             detail_changes: self.flight.switches(),
             docked: self.docked.clone(),

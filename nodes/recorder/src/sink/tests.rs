@@ -152,8 +152,8 @@ fn losses_survive_a_split_and_a_kill() {
         .topic
         .get_or_init(|| topic("/a", "std_msgs/msg/Empty"));
     track.lost.store(7, Ordering::Relaxed);
-    let sink = start_splitting(&queue, &account, &bag);
     let mut outlet = Outlet::new(&queue);
+    let sink = start_splitting(&queue, &account, &bag);
     for sequence in 0..3 {
         outlet.put(head(0, sequence), &[0; 3000]);
     }

@@ -94,6 +94,7 @@ scenes!(
     relative_orbit,
     rocks,
     slew_keep_out,
+    thruster_approach,
     tumbling_target,
     two_dumbbells,
     wheel_slew,

@@ -179,8 +179,10 @@ fn the_propagator_has_what_is_documented() {
     // They belong to the last body, the chaser.
     let text = fs::read_to_string(&scene).unwrap() + &sensors;
     let wheel = "[[bodies.wheels]]\nname = \"wheel\"\naxis = [0, 0, 1]\ninertia = 1e-3\n";
+    let thruster = "propellant = { mass = 0.1 }\n[[bodies.thrusters]]\nname = \"main\"\nposition = [0, 0, 0]\n\
+        direction = [1, 0, 0]\nthrust = 1.0\n";
     let chaser = "[[bodies]]\nname = \"chaser\"";
-    let text = text.replace(chaser, &format!("{wheel}{chaser}"));
+    let text = text.replace(chaser, &format!("{thruster}{wheel}{chaser}"));
     fs::write(&scene, text).unwrap();
     let scene = format!("scene:={}", scene.display());
     let propagator = world.node("propagator", &[&scene, "clock:=true"]);

@@ -64,6 +64,7 @@ mod shutdown;
 mod stalls;
 mod suspended;
 mod tables;
+mod thrusters;
 mod tutorial;
 mod two_hosts;
 mod two_hosts_page;

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
-use lgvi_msgs::geometry_msgs::{PointStamped, Vector3, Vector3Stamped};
+use lgvi_msgs::geometry_msgs::{InertiaStamped, PointStamped, Vector3, Vector3Stamped};
 use lgvi_msgs::msg::{BodyState, ControlSequence, SystemState};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::sensor_msgs::{Imu, JointState};
@@ -246,6 +246,29 @@ fn a_controller_on_rclpy_turns_a_satellite_by_its_wheels() {
     let bag = flown(flight, &world.path("flight"));
     node.stop().expect(0);
     slewed(&world, &bag);
+}
+
+#[test]
+fn a_controller_on_rclpy_approaches_a_station_by_thrusters() {
+    let world = World::new();
+    let node = world.ros_python(&example("python_ros/thruster_approach.py"), &[]);
+    let arguments = ["--await-thrust", "chaser", "--control-period", "0.5"];
+    let flight = world.start_flight(&scene("thruster_approach"), "flight", &arguments);
+    let bag = flown(flight, &world.path("flight"));
+    node.stop().expect(0);
+    let state = bag.messages::<SystemState>(STATE);
+    let last = state.iter().max_by_key(|state| state.step).unwrap();
+    let [station, chaser] = &*last.bodies else {
+        panic!("{last:?}")
+    };
+    let apart = |axis: usize| chaser.position[axis] - station.position[axis];
+    let distance = (0..3).map(|axis| apart(axis).powi(2)).sum::<f64>().sqrt();
+    assert!((distance - 6.0).abs() < 1.0, "{distance}");
+    let inertias = bag.messages::<InertiaStamped>("/lgvi_propagator/inertia/chaser");
+    let masses: Vec<_> = inertias.iter().map(|one| one.inertia.m).collect();
+    let used = masses[0] - masses[masses.len() - 1];
+    assert!(used > 0.03 && used < 0.2, "{used}");
+    world.verify_agrees(&world.path("flight"), 6001);
 }
 
 #[test]

@@ -22,7 +22,7 @@ macro_rules! template {
     };
 }
 /// The shipped scenes.
-const TEMPLATES: [(&str, &str); 18] = [
+const TEMPLATES: [(&str, &str); 19] = [
     template!("asteroid_orbiter"),
     template!("binary_asteroid"),
     template!("dispersed_capture"),
@@ -38,6 +38,7 @@ const TEMPLATES: [(&str, &str); 18] = [
     template!("relative_orbit"),
     template!("rocks"),
     template!("slew_keep_out"),
+    template!("thruster_approach"),
     template!("tumbling_target"),
     template!("two_dumbbells"),
     template!("wheel_slew"),

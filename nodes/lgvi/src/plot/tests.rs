@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 18] = [
+const SHIPPED: [Shipped; 19] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
@@ -48,6 +48,7 @@ const SHIPPED: [Shipped; 18] = [
     scene!("relative_orbit", None),
     scene!("rocks", None),
     scene!("slew_keep_out", Some((0, TURN))),
+    scene!("thruster_approach", None),
     scene!("tumbling_target", Some((1, PUSH))),
     scene!("two_dumbbells", None),
     scene!("wheel_slew", None),

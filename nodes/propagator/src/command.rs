@@ -4,6 +4,7 @@ use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
 use lgvi_scene::Scene;
 
+use crate::Controls;
 use crate::torque::WheelTorques;
 use crate::wrench::{Terms, Wrench};
 
@@ -26,6 +27,14 @@ pub(crate) enum Target {
 }
 
 impl Target {
+    /// That of a control sequence.
+    pub(crate) fn of(controls: &Controls) -> Self {
+        match controls.loads.is_empty() {
+            true => Self::Wheels(controls.body),
+            false => Self::Body(controls.body),
+        }
+    }
+
     /// All targets of a scene have different indices, below twice the number of its bodies.
     pub(crate) fn index(self, scene: &Scene) -> usize {
         match self {

@@ -5,6 +5,7 @@
 //! queues. [`Flight`] is the flight itself, free of any middleware: what it does depends on the scene and the accepted
 //! controls only, so that a recorded flight can be repeated bit for bit.
 
+mod answers;
 mod axes;
 mod choosing;
 mod command;

@@ -271,18 +271,38 @@ fn a_controller_on_rclpy_approaches_a_station_by_thrusters() {
     world.verify_agrees(&world.path("flight"), 6001);
 }
 
-#[test]
-fn a_controller_in_rust_turns_a_satellite_by_its_wheels() {
-    let world = World::new();
-    let command = world.command(&binary("examples/wheel_controller"));
+/// Flies with the controller in Rust, with these arguments.
+fn slew_in_rust(world: &World, arguments: &[&str]) -> Recording {
+    let mut command = world.command(&binary("examples/wheel_controller"));
+    command.args(arguments);
     let node = world.start("wheel_controller", command);
     let arguments = ["--await-wheels", "satellite"];
     let flight = world.start_flight(&scene("wheel_slew"), "flight", &arguments);
     let bag = flown(flight, &world.path("flight"));
     node.stop().expect(0);
-    slewed(&world, &bag);
+    slewed(world, &bag);
     let gyro = bag.messages::<Imu>("/lgvi_propagator/imu/satellite/gyro");
     assert_eq!(gyro.len(), 6001);
+    let flown = bag.messages::<ControlSequence>("/lgvi_propagator/flown_control");
+    assert_eq!(flown.len(), 6000);
+    bag
+}
+
+#[test]
+fn a_controller_in_rust_turns_a_satellite_by_its_wheels() {
+    let world = World::new();
+    let bag = slew_in_rust(&world, &[]);
+    let odometry = bag.messages::<Odometry>("/lgvi_propagator/odometry/satellite");
+    assert!(odometry.len() >= 6001, "{}", odometry.len());
+}
+
+/// What goes over ROS 2 is then as often as the scene says.
+#[test]
+fn a_controller_in_rust_turns_a_satellite_over_shared_memory() {
+    let world = World::new();
+    let bag = slew_in_rust(&world, &["--ros-args", "-p", "shared_memory:=true"]);
+    let odometry = bag.messages::<Odometry>("/lgvi_propagator/odometry/satellite");
+    assert!((601..700).contains(&odometry.len()), "{}", odometry.len());
 }
 
 #[test]

@@ -24,9 +24,14 @@ pub(crate) struct Cycle {
     passed: Option<u64>,
     /// For which no command has come yet: the first one for each has no deadline.
     unheard: Vec<Target>,
+    /// For which the last command has come over ROS 2, if any has.
+    over_ros: Vec<Target>,
     /// It has been said that the first ones are waited for.
     told: bool,
 }
+
+/// How long the answer of a controller on this host is looked for without a pause.
+const PROMPT: Duration = Duration::from_millis(1);
 
 /// How long the first command is waited for in silence.
 const SILENCE: Duration = Duration::from_secs(5);
@@ -67,6 +72,7 @@ impl Cycle {
         }
         Ok(Some(Self {
             unheard: targets.clone(),
+            over_ros: targets.clone(),
             targets,
             every: every as u64,
             deadline: Duration::try_from_secs_f64(deadline).unwrap_or(Duration::MAX),
@@ -81,9 +87,25 @@ impl Cycle {
         self.every
     }
 
+    /// Whether it has just begun to wait: its answer is then looked for without a pause.
+    pub(crate) fn is_prompt(&self) -> bool {
+        let since = self.wait.as_ref().map(|(_, since, _)| *since);
+        since.is_some_and(|since| since.elapsed() < PROMPT)
+    }
+
     /// Whether a controller has yet to be heard of.
     pub(crate) fn is_silent(&self) -> bool {
         !self.unheard.is_empty()
+    }
+
+    /// Whether all controllers answer over shared memory, as far as is known.
+    pub(crate) fn is_in_memory(&self) -> bool {
+        self.over_ros.is_empty()
+    }
+
+    /// Whether a sequence for a target that begins at this step answers its state.
+    pub(crate) fn awaits(&self, step: u64, target: Target) -> bool {
+        self.begins_at(step) && self.targets.contains(&target)
     }
 
     /// Whether the state of this step is one that a controller answers.
@@ -97,8 +119,17 @@ impl Cycle {
             || self.begins_at(step) && command.stamp() == scene.stamp(step)
     }
 
-    /// A command for a target has been taken at a step.
-    pub(crate) fn note(&mut self, step: u64, target: Target) {
+    /// A command for a target has been taken at a step, over shared memory or over ROS 2.
+    pub(crate) fn note(&mut self, step: u64, target: Target, in_memory: bool) {
+        if !self.targets.contains(&target) {
+            return;
+        }
+        let known = self.over_ros.iter().position(|other| *other == target);
+        match known {
+            Some(index) if in_memory => drop(self.over_ros.remove(index)),
+            None if !in_memory => self.over_ros.push(target),
+            _ => {}
+        }
         if let Some((_, missing)) = self.wait_at(step) {
             missing.retain(|other| *other != target);
         }
@@ -161,6 +192,7 @@ impl Cycle {
     pub(crate) fn begin_anew(&mut self) {
         self.ask_again();
         self.unheard.clone_from(&self.targets);
+        self.over_ros.clone_from(&self.targets);
     }
 }
 

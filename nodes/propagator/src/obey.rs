@@ -41,7 +41,7 @@ impl Propagator {
                 match set {
                     Ok(()) => {
                         self.measure_from_here();
-                        self.ask_again();
+                        self.ask_again()?;
                         self.intervene(node, Intervention::SET_STATE, given.clone())?;
                         here
                     }

@@ -154,7 +154,7 @@ impl Managed for Propagator {
         let orders = Orders::serve(node, &scene)?;
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
         let sensors = Sensors::new(&scene, link.listened());
-        let commanding = Commanding::new(&node.parameters, &scene, &config)?;
+        let commanding = Commanding::new(node, &shm, &scene, &config)?;
         let now = Instant::now();
         Ok(Self {
             outgoing: Vec::with_capacity(names.len()),
@@ -201,6 +201,7 @@ impl Managed for Propagator {
     fn run(&mut self, node: &Node) -> Result<Stopped, NodeError> {
         // Those that came while nobody flew are of another time.
         self.link.forget_commands();
+        self.commanding.forget()?;
         self.orders.open();
         let flown = self.fly(node);
         self.refuse();
@@ -228,7 +229,7 @@ impl Propagator {
                 Phase::Unattended => self.await_company()?,
                 Phase::Uncommanded => self.await_command(node)?,
                 Phase::Flying if held => std::thread::sleep(WAIT),
-                Phase::Flying if unanswered => std::thread::sleep(self.commanding.pause()),
+                Phase::Flying if unanswered => self.commanding.pause(),
                 Phase::Flying if !self.paused || self.stepping.is_some() => self.step(node)?,
                 Phase::Flying | Phase::Flown => std::thread::sleep(WAIT),
             }
@@ -249,6 +250,7 @@ impl Propagator {
         self.link.check()?;
         self.take_controls();
         self.take_commands()?;
+        self.take_answers()?;
         self.look_for_the_end(node)?;
         while self.stepping.is_none()
             && let Some(order) = self.orders.next()
@@ -380,6 +382,7 @@ impl Propagator {
             lockstep.begin_anew();
         }
         self.link.forget_commands();
+        self.commanding.forget()?;
         self.commanding.begin_anew();
         self.cost = 0.0;
         self.late_controls = 0;

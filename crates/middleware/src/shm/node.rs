@@ -103,10 +103,11 @@ impl ShmNode {
                 .open_or_create();
             match opened {
                 Ok(service) => return Ok((name, service)),
-                // Another process creates it, for which iceoryx2 waits 0.5 s.
+                // Another process creates it, for which iceoryx2 waits 0.5 s. If it was killed while it did, what it has left is
+                // in the way.
                 Err(OpenOrCreateError::PublishSubscribeOpenError(
                     PublishSubscribeOpenError::HangsInCreation,
-                )) if begun.elapsed() < CREATION && !self.shutdown.requested() => {}
+                )) if begun.elapsed() < CREATION && !self.shutdown.requested() => self.clean(),
                 Err(error) => return Err(fail(format!("{error:?}"))),
             }
         }

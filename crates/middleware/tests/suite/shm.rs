@@ -479,6 +479,29 @@ fn a_killed_publisher_is_replaced_and_nothing_remains() {
     assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
 }
 
+/// A node that is there already finds what a process that was killed has left of a service that it was about to make: all but
+/// the part that is made last.
+#[test]
+fn a_service_whose_maker_was_killed_is_made_anew() {
+    let root = World::new();
+    {
+        let survivor = node(root.path(), "survivor");
+        let mut child = spawn("publish", root.path());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        let made = in_shm(root.path());
+        let last = made
+            .iter()
+            .find(|path| path.extension().is_some_and(|end| end == "dynamic"));
+        fs::remove_file(last.unwrap()).unwrap();
+        let mut publisher = survivor
+            .state_publisher(TOPIC, 2, Delivery::DropNewest)
+            .unwrap();
+        assert_eq!(send(&mut publisher, 0).receivers, 0);
+    }
+    assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
+}
+
 #[test]
 fn a_killed_subscriber_costs_one_wait_and_is_cleaned_up() {
     let patience = Duration::from_millis(200);

@@ -66,14 +66,19 @@ impl LinkEnd {
         self.commands.pop().ok()
     }
 
+    /// Whether a sequence that is flown from here on can be published.
+    pub(crate) fn has_room(&self) -> bool {
+        self.verdicts.slots() > SEQUENCES
+    }
+
     /// Forgets the commands that have come in.
     pub(crate) fn forget_commands(&mut self) {
         while self.commands.pop().is_ok() {}
     }
 
-    /// Has a sequence published that a command has become.
+    /// Has a sequence published that a command has become, or that has answered a state.
     pub(crate) fn flies(&mut self, sequence: ControlSequence) {
-        // There is a place: see `next_command`.
+        // There is a place: see `next_command` and `has_room`.
         let _ = self.verdicts.push(Verdict::Flown(Box::new(sequence)));
     }
 

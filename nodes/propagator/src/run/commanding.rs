@@ -2,12 +2,13 @@
 
 use std::time::{Duration, Instant};
 
-use lgvi_middleware::Parameters;
 use lgvi_middleware::node::{Node, NodeError};
+use lgvi_middleware::shm::ShmNode;
 use lgvi_scene::Scene;
 use tracing::warn;
 
 use super::{Propagator, WAIT};
+use crate::answers::Answers;
 use crate::command::{Command, Target};
 use crate::config::Config;
 use crate::cycle::Cycle;
@@ -27,6 +28,8 @@ pub(super) struct Commanding {
     terms: Option<Terms>,
     /// Where the flight waits for a controller.
     cycle: Option<Cycle>,
+    /// Where answers come over shared memory; `None` where the flight does not wait.
+    answers: Option<Answers>,
     /// Those taken for the present step, by the index of their target.
     latest: Vec<Option<Command>>,
     /// Those that were over before others came.
@@ -37,25 +40,53 @@ pub(super) struct Commanding {
 
 impl Commanding {
     pub(super) fn new(
-        parameters: &Parameters,
+        node: &Node,
+        shm: &ShmNode,
         scene: &Scene,
         config: &Config,
     ) -> Result<Self, NodeError> {
-        let cycle = Cycle::read(parameters, scene, &config.wrenches)?;
+        let cycle = Cycle::read(&node.parameters, scene, &config.wrenches)?;
+        let answers = match &cycle {
+            Some(_) => Some(Answers::new(shm, &node.args.resolve("~/answer")?)?),
+            None => None,
+        };
         let every = cycle.as_ref().map_or(1, Cycle::every);
         Ok(Self {
             terms: config.terms.map(|terms| terms.for_steps(every)),
             cycle,
+<<<<<<< HEAD
             latest: vec![None; Target::count(scene.bodies.len())],
+=======
+            answers,
+            latest: vec![None; 2 * scene.bodies.len()],
+>>>>>>> loop
             timeouts: Timeouts::default(),
             asked: Instant::now(),
         })
     }
 
-    /// How long to sleep until the answer of a controller is looked for again.
-    pub(super) fn pause(&self) -> Duration {
-        let silent = self.cycle.as_ref().is_some_and(Cycle::is_silent);
-        if silent { WAIT } else { ANSWER }
+    /// Pauses until the answer of a controller is looked for again.
+    pub(super) fn pause(&self) {
+        let Some(cycle) = &self.cycle else {
+            return;
+        };
+        if cycle.is_silent() {
+            std::thread::sleep(WAIT);
+        } else if cycle.is_in_memory() && cycle.is_prompt() {
+            std::thread::yield_now();
+        } else {
+            std::thread::sleep(ANSWER);
+        }
+    }
+
+    /// Whether all controllers that are waited for answer over shared memory.
+    pub(super) fn is_in_memory(&self) -> bool {
+        self.cycle.as_ref().is_some_and(Cycle::is_in_memory)
+    }
+
+    /// Forgets the answers that have come in over shared memory.
+    pub(super) fn forget(&mut self) -> Result<(), NodeError> {
+        self.answers.as_mut().map_or(Ok(()), Answers::forget)
     }
 
     /// The flight begins anew.
@@ -104,11 +135,39 @@ impl Propagator {
             };
             taken -= 1;
             if let Some(cycle) = &mut self.commanding.cycle {
-                cycle.note(step, command.target());
+                cycle.note(step, command.target(), false);
             }
             let first_step = terms.first_step(step);
             if first_step < self.scene.steps {
                 self.fly_command(&command, &terms, first_step)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Flies the sequences that answer the present state over shared memory.
+    pub(super) fn take_answers(&mut self) -> Result<(), NodeError> {
+        let step = self.flight.step();
+        let Commanding {
+            cycle,
+            answers,
+            timeouts,
+            ..
+        } = &mut self.commanding;
+        let (Some(cycle), Some(answers)) = (cycle, answers) else {
+            return Ok(());
+        };
+        while self.link.has_room()
+            && let Some(answer) = answers.next(&self.scene, step)?
+        {
+            if cycle.awaits(step, answer.target) {
+                self.flight
+                    .accept(answer.controls)
+                    .map_err(NodeError::runtime)?;
+                self.accepted += 1;
+                timeouts.watch(answer.target);
+                self.link.flies(answer.message);
+                cycle.note(step, answer.target, true);
             }
         }
         Ok(())
@@ -174,12 +233,14 @@ impl Propagator {
     }
 
     /// The states have been replaced: what came in answers others.
-    pub(crate) fn ask_again(&mut self) {
+    pub(crate) fn ask_again(&mut self) -> Result<(), NodeError> {
         self.link.forget_commands();
+        self.commanding.forget()?;
         self.sensors.begin(&self.flight);
         if let Some(cycle) = &mut self.commanding.cycle {
             cycle.ask_again();
         }
+        Ok(())
     }
 
     /// Whether it holds until a plan made on the way has come; what is missed meanwhile is not made up for.

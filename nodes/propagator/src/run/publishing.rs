@@ -14,10 +14,13 @@ impl Propagator {
     pub(crate) fn publish(&mut self, wait: Wait) -> Result<(), NodeError> {
         let step = self.flight.step();
         let answered = self.is_answered(step);
-        let always = step == self.scene.steps || wait == Wait::Always || answered;
-        if always || step.is_multiple_of(self.rates.state_every) {
+        let always = step == self.scene.steps || wait == Wait::Always;
+        if always || answered || step.is_multiple_of(self.rates.state_every) {
             self.sample()?;
         }
+        // Who reads it in shared memory needs it nowhere else.
+        let answered = answered && !self.commanding.is_in_memory();
+        let always = always || answered;
         if always || step.is_multiple_of(self.rates.ros_every) {
             self.hand_over(if answered { Wait::Always } else { wait });
         }

@@ -48,6 +48,16 @@ pub enum CdrError {
         /// What the decoder says.
         source: cdr_encoding::Error,
     },
+    /// A message that was recorded with another definition of its type, which may mean other things.
+    #[error("recorded with another definition of {type_name}, {found}, expected {expected}")]
+    Definition {
+        /// Name of the message type.
+        type_name: &'static str,
+        /// The type hash found.
+        found: String,
+        /// That of the type.
+        expected: &'static str,
+    },
     /// More bytes than the message and its padding take.
     #[error(
         "{type_name} ends after {consumed} of {length} bytes, expected at most {MAX_PADDING} bytes of padding"
@@ -117,16 +127,69 @@ pub fn decode<M: RosMessage>(bytes: &[u8]) -> Result<M, CdrError> {
     Ok(message)
 }
 
+/// Earlier definitions of messages, by their type hashes, and the bytes of CDR that the empty fields take which have been
+/// appended since.
+const EARLIER: [(&str, usize); 1] = [
+    // `lgvi_msgs/msg/ControlSequence` without `moment_in_frame`, `wheel_torque` and `thrust`.
+    (
+        "RIHS01_c21b61dbfe265ac968908f8b0c8689db76273184f3b68f1ec3f6a2494bf7465a",
+        12,
+    ),
+];
+
+/// Decodes a message that was recorded under a type hash, or under none. Fields that an earlier definition lacks are empty.
+///
+/// # Errors
+/// [`CdrError::Definition`] for the hash of another definition, and those of [`decode`].
+pub fn decode_recorded<M: RosMessage>(type_hash: &str, bytes: &[u8]) -> Result<M, CdrError> {
+    if type_hash.is_empty() || type_hash == M::TYPE_HASH {
+        return decode(bytes);
+    }
+    let mut earlier = EARLIER.iter();
+    match earlier.find(|(hash, _)| *hash == type_hash) {
+        Some((_, length)) => decode(&[bytes, &vec![0; *length]].concat()),
+        None => Err(CdrError::Definition {
+            type_name: M::TYPE_NAME,
+            found: type_hash.to_owned(),
+            expected: M::TYPE_HASH,
+        }),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
         builtin_interfaces::Time,
         diagnostic_msgs::{DiagnosticArray, DiagnosticStatus, KeyValue},
-        msg::{BodyState, SystemState},
+        msg::{BodyState, ControlSequence, SystemState},
         nav_msgs::Odometry,
         std_msgs::{Header, String as StringMessage},
     };
+
+    #[test]
+    fn a_sequence_of_an_earlier_definition_lacks_the_last_fields() {
+        let sequence = ControlSequence {
+            body: "chaser".into(),
+            feedback: vec![1.0, 2.0],
+            ..ControlSequence::default()
+        };
+        let bytes = encode(&sequence).unwrap();
+        let (hash, length) = EARLIER[0];
+        let old = &bytes[..bytes.len() - length];
+        assert!(decode::<ControlSequence>(old).is_err());
+        let found: ControlSequence = decode_recorded(hash, old).unwrap();
+        assert_eq!(found, sequence);
+        let found: ControlSequence = decode_recorded("", &bytes).unwrap();
+        assert_eq!(found, sequence);
+        let refused = decode_recorded::<ControlSequence>("RIHS01_1", &bytes).unwrap_err();
+        assert!(
+            refused
+                .to_string()
+                .starts_with("recorded with another definition of lgvi_msgs/msg/ControlSequence, RIHS01_1, expected RIHS01_"),
+            "{refused}"
+        );
+    }
 
     fn diagnostics() -> DiagnosticArray {
         let value = KeyValue {

@@ -176,6 +176,9 @@ class ControlSequence(IdlStruct, typename="lgvi_msgs.msg.dds_.ControlSequence_")
     reference: sequence[BodyState]
     feedback: sequence[float64]
     limits: ControlLimits
+    moment_in_frame: bool
+    wheel_torque: sequence[float64]
+    thrust: sequence[float64]
 
 
 PLAIN_CDR = Policy.DataRepresentation(use_cdrv0_representation=True, use_xcdrv2_representation=False)

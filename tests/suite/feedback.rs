@@ -204,8 +204,8 @@ fn a_bag_with_the_sequences_of_an_earlier_version_is_refused_with_a_reason() {
         .iter_mut()
         .find(|record| record.topic == FLOWN);
     let data = &mut record.unwrap().data;
-    // Two empty lists and eight limits came later.
-    data.truncate(data.len() - (2 * 4 + 8 * 8));
+    // Two empty lists, eight limits, a flag and two empty lists came later.
+    data.truncate(data.len() - (2 * 4 + 8 * 8 + 12));
     assert!(cdr::decode::<ControlSequence>(data).is_err());
     for topic in &mut flight.topics {
         if topic.name == FLOWN {

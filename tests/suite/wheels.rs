@@ -109,7 +109,7 @@ fn in_lockstep_wheels_turn_the_body_and_the_total_momentum_stays() {
     };
     let (states, joints, flown) = read(&fast);
     assert_eq!(flown.len() as u64, STEPS / 10);
-    assert_eq!(flown[20].feedback, [-2.0, 0.3]);
+    assert_eq!(flown[20].wheel_torque, [-2.0, 0.3]);
     assert!(flown[20].force.is_empty());
     assert!(
         (states, joints.clone(), flown) == read(&slow),

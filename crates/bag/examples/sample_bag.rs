@@ -126,6 +126,9 @@ fn write_round(sample: &mut Sample, k: u32) -> Result<(), Box<dyn Error>> {
             force_norm: f64::INFINITY,
             moment_norm: 0.1,
         },
+        moment_in_frame: true,
+        wheel_torque: vec![0.5],
+        thrust: (0..k).map(f64::from).collect(),
     };
     sample.write("/lgvi_planner/control_sequence", latched, &control)?;
     let invariants = Invariants {

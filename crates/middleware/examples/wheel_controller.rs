@@ -143,7 +143,7 @@ fn sequence(header: &StateHeader, body: &BodySample) -> Result<ControlSequence, 
         body: "satellite".to_owned(),
         first_step: header.step,
         step_size: PERIOD,
-        feedback: torques(error(quaternion(&body.attitude)), rate).to_vec(),
+        wheel_torque: torques(error(quaternion(&body.attitude)), rate).to_vec(),
         ..ControlSequence::default()
     };
     let stamp = stamp::to_message(header.stamp_nanoseconds);

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use lgvi_bag::{BagReader, Message, Topic};
 use lgvi_middleware::node::NodeError;
+use lgvi_msgs::cdr::CdrError;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::std_msgs::Header;
 use lgvi_msgs::{RosMessage, cdr, stamp};
@@ -241,19 +242,15 @@ fn refuse(path: &Path, error: &dyn Display) -> NodeError {
     NodeError::input(format!("bag {}: {error}", path.display()))
 }
 
-/// Decodes a message, unless it was recorded with another definition of its type, which may mean other things.
+/// Decodes a message, if it was recorded with a definition of its type that is known.
 fn decode<M: RosMessage>(message: &Message<'_>) -> Result<M, String> {
     let Topic {
         name, type_hash, ..
     } = message.topic;
-    if !(type_hash.is_empty() || type_hash == M::TYPE_HASH) {
-        let (type_name, expected) = (M::TYPE_NAME, M::TYPE_HASH);
-        return Err(format!(
-            "{name}: recorded with another definition of {type_name}, {type_hash}, expected {expected}"
-        ));
-    }
-    cdr::decode(&message.data)
-        .map_err(|error| format!("{name} at {} ns: {error}", message.log_time))
+    cdr::decode_recorded(type_hash, &message.data).map_err(|error| match error {
+        CdrError::Definition { .. } => format!("{name}: {error}"),
+        _ => format!("{name} at {} ns: {error}", message.log_time),
+    })
 }
 
 fn given(path: &Path, bag: &BagReader, topics: &Topics) -> Result<Given, NodeError> {

@@ -1,5 +1,6 @@
 //! Commands of a body's actuators in a control sequence.
 
+use lgvi_msgs::msg::ControlSequence;
 use lgvi_scene::Scene;
 use thiserror::Error;
 
@@ -15,30 +16,42 @@ pub struct Actuation {
     count: usize,
 }
 
-/// Why the numbers of a sequence without forces are no commands.
+/// Why a sequence does not command actuators.
 #[derive(Clone, Debug, Error, PartialEq)]
 pub enum ActuationError {
-    /// They do not fit the body's actuators.
+    /// It commands more than one thing.
     #[error(
-        "`feedback` has {found} numbers without forces, expected in each interval one for each of the {wheels} wheels and \
-         {thrusters} thrusters of {body:?}"
+        "`{field}` has {found} numbers beside `{other}`, expected one of `force`, `wheel_torque` and `thrust`"
+    )]
+    Both {
+        /// Name of the field.
+        field: &'static str,
+        /// Numbers in it.
+        found: usize,
+        /// Name of the other field.
+        other: &'static str,
+    },
+    /// The numbers do not fit the body's actuators.
+    #[error(
+        "`{field}` has {found} numbers, expected in each interval one for each of the {count} {kind} of {body:?}"
     )]
     Count {
-        /// Numbers in the sequence.
+        /// Name of the field.
+        field: &'static str,
+        /// Numbers in it.
         found: usize,
-        /// Wheels of the body.
-        wheels: usize,
-        /// Thrusters of the body.
-        thrusters: usize,
+        /// Actuators of the body.
+        count: usize,
+        /// "wheels" or "thrusters".
+        kind: &'static str,
         /// The body.
         body: String,
     },
-    /// A number that is infinite, or that commands both wheels and thrusters, or not all of them.
-    #[error(
-        "`feedback[{index}]` is {value} without forces, expected finite numbers for the wheels or for the thrusters, and NaN for \
-         the others"
-    )]
-    Number {
+    /// A number that is NaN or infinite.
+    #[error("`{field}[{index}]` is {value}, expected a finite number")]
+    NotFinite {
+        /// Name of the field.
+        field: &'static str,
         /// Index of the number.
         index: usize,
         /// What it says.
@@ -47,39 +60,60 @@ pub enum ActuationError {
 }
 
 impl Actuation {
-    /// Checks the numbers of a message for a body.
-    pub(crate) fn check(scene: &Scene, body: usize, given: &[f64]) -> Result<Self, ActuationError> {
-        let named = &scene.bodies[body];
-        let [wheels, thrusters] = [named.wheels.len(), named.thrusters.len()];
-        let (found, length) = (given.len(), wheels + thrusters);
-        if length == 0 || found == 0 || !found.is_multiple_of(length) {
-            return Err(ActuationError::Count {
-                found,
-                wheels,
-                thrusters,
-                body: named.name.clone(),
-            });
-        }
-        let of_wheels = wheels > 0 && !given[0].is_nan();
-        let (actuators, own) = match of_wheels {
-            true => (Actuators::Wheels, 0..wheels),
-            false => (Actuators::Thrusters, wheels..length),
+    /// Checks the commands in a message for a body; `None` if it has none.
+    pub(crate) fn check(
+        scene: &Scene,
+        body: usize,
+        message: &ControlSequence,
+    ) -> Result<Option<Self>, ActuationError> {
+        let wheels = (Actuators::Wheels, &message.wheel_torque);
+        let thrusters = (Actuators::Thrusters, &message.thrust);
+        let (actuators, given) = match (wheels.1.is_empty(), thrusters.1.is_empty()) {
+            (true, true) => return Ok(None),
+            (false, _) => wheels,
+            (true, false) => thrusters,
         };
-        let mut efforts = Vec::with_capacity(found / length * own.len());
-        for (index, &value) in given.iter().enumerate() {
-            let effort = value / actuators.unit(scene);
-            let is_own = own.contains(&(index % length));
-            if is_own && effort.is_finite() {
-                efforts.push(effort);
-            } else if is_own || !value.is_nan() {
-                return Err(ActuationError::Number { index, value });
+        let (field, found) = (actuators.field(), given.len());
+        let forces = !(message.force.is_empty() && message.moment.is_empty());
+        for (other, is_given) in [
+            ("force", forces),
+            ("feedback", !message.feedback.is_empty()),
+            ("thrust", field != "thrust" && !thrusters.1.is_empty()),
+        ] {
+            if is_given {
+                return Err(ActuationError::Both {
+                    field,
+                    found,
+                    other,
+                });
             }
         }
-        Ok(Self {
+        let count = actuators.of(scene, body).len();
+        if count == 0 || !found.is_multiple_of(count) {
+            return Err(ActuationError::Count {
+                field,
+                found,
+                count,
+                kind: actuators.name(),
+                body: scene.bodies[body].name.clone(),
+            });
+        }
+        let each = given.iter().enumerate().map(|(index, &value)| {
+            let effort = value / actuators.unit(scene);
+            match effort.is_finite() {
+                true => Ok(effort),
+                false => Err(ActuationError::NotFinite {
+                    field,
+                    index,
+                    value,
+                }),
+            }
+        });
+        Ok(Some(Self {
             actuators,
-            efforts,
-            count: own.len().max(1),
-        })
+            efforts: each.collect::<Result<_, _>>()?,
+            count,
+        }))
     }
 
     /// The memory that it takes (byte).
@@ -97,5 +131,98 @@ impl Actuation {
         let first = interval.saturating_mul(self.count);
         let row = first..first.saturating_add(self.count);
         self.efforts.get(row).unwrap_or_default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Controls;
+
+    fn scene() -> Scene {
+        let text = r#"
+            title = "A ball"
+            [units]
+            length = "2 m"
+            [run]
+            duration = 1.0
+            steps = 10
+            integrator = "lgvi"
+            [[bodies]]
+            name = "ball"
+            mass = 1.0
+            inertia = [1, 1, 1]
+            position = [0, 0, 0]
+            velocity = [0, 0, 0]
+            attitude = { w = 1, x = 0, y = 0, z = 0 }
+            angular_velocity = [0, 0, 0]
+            [[bodies.wheels]]
+            name = "wheel"
+            axis = [0, 0, 1]
+            inertia = 0.1
+            [[bodies.thrusters]]
+            name = "main"
+            position = [0, 0, 0]
+            direction = [1, 0, 0]
+            thrust = 1
+            [[bodies.thrusters]]
+            name = "side"
+            position = [0, 0, 0]
+            direction = [0, 1, 0]
+            thrust = 1
+        "#;
+        Scene::parse("test", text).unwrap()
+    }
+
+    fn thrust(thrust: &[f64]) -> ControlSequence {
+        ControlSequence {
+            body: "ball".into(),
+            first_step: 3,
+            step_size: 0.2,
+            thrust: thrust.to_vec(),
+            ..ControlSequence::default()
+        }
+    }
+
+    #[test]
+    fn commands_act_by_rows_in_the_units_of_the_scene() {
+        let message = thrust(&[2.0, 4.0, 6.0, 8.0]);
+        let controls = Controls::of_message(&scene(), &message).unwrap();
+        assert_eq!(controls.end(), 7);
+        let during = |step| controls.efforts_during(step);
+        assert_eq!(during(2), None);
+        assert_eq!(during(4), Some((&[1.0, 2.0][..], 1)));
+        assert_eq!(during(5), Some((&[3.0, 4.0][..], 0)));
+        assert_eq!(during(7), Some((&[][..], 0)));
+    }
+
+    #[test]
+    fn what_does_not_command_the_actuators_is_refused_with_field_and_value() {
+        let refused = |spoil: fn(&mut ControlSequence)| {
+            let mut message = thrust(&[1.0, 2.0]);
+            spoil(&mut message);
+            let error = Controls::of_message(&scene(), &message).unwrap_err();
+            error.to_string()
+        };
+        assert_eq!(
+            refused(|m| m.thrust.truncate(1)),
+            "`thrust` has 1 numbers, expected in each interval one for each of the 2 thrusters of \"ball\""
+        );
+        assert_eq!(
+            refused(|m| m.thrust[1] = f64::INFINITY),
+            "`thrust[1]` is inf, expected a finite number"
+        );
+        assert_eq!(
+            refused(|m| m.wheel_torque.push(1.0)),
+            "`wheel_torque` has 1 numbers beside `thrust`, expected only one of `force`, `wheel_torque` and `thrust`"
+        );
+        assert_eq!(
+            refused(|m| m.feedback.push(1.0)),
+            "`thrust` has 2 numbers beside `feedback`, expected only one of `force`, `wheel_torque` and `thrust`"
+        );
+        assert_eq!(
+            refused(|m| m.thrust.clear()),
+            "`force`, `moment`, `wheel_torque` and `thrust` are empty, expected at least one interval"
+        );
     }
 }

@@ -52,7 +52,7 @@ impl Answers {
                 }
                 Ok((controls, message)) => {
                     return Ok(Some(Answer {
-                        target: Target::of(&controls),
+                        target: controls.target(),
                         controls,
                         message,
                     }));

@@ -4,12 +4,7 @@ use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
 use lgvi_scene::Scene;
 
-<<<<<<< HEAD
 use crate::effort::{Actuators, Efforts};
-=======
-use crate::Controls;
-use crate::torque::WheelTorques;
->>>>>>> loop
 use crate::wrench::{Terms, Wrench};
 
 /// A command that acts until another one for the same target comes, or its time is over.
@@ -31,7 +26,6 @@ pub(crate) enum Target {
 }
 
 impl Target {
-<<<<<<< HEAD
     /// The number of targets of so many bodies, more than any index.
     pub(crate) fn count(bodies: usize) -> usize {
         3 * bodies
@@ -39,18 +33,6 @@ impl Target {
 
     /// All targets of so many bodies have different indices.
     pub(crate) fn index(self, bodies: usize) -> usize {
-=======
-    /// That of a control sequence.
-    pub(crate) fn of(controls: &Controls) -> Self {
-        match controls.loads.is_empty() {
-            true => Self::Wheels(controls.body),
-            false => Self::Body(controls.body),
-        }
-    }
-
-    /// All targets of a scene have different indices, below twice the number of its bodies.
-    pub(crate) fn index(self, scene: &Scene) -> usize {
->>>>>>> loop
         match self {
             Self::Body(body) => body,
             Self::Actuators(Actuators::Wheels, body) => bodies + body,

@@ -50,16 +50,6 @@ pub enum ControlError {
     /// Commands of actuators that are none.
     #[error(transparent)]
     Actuation(#[from] ActuationError),
-    /// Held moments that do not fit the forces.
-    #[error(
-        "`feedback` has {found} numbers without `moment` and `reference`, expected moments: three for each of {forces} forces"
-    )]
-    HeldMoments {
-        /// Numbers in the sequence.
-        found: usize,
-        /// Forces in it.
-        forces: usize,
-    },
     /// A time that is none.
     #[error("`header.stamp`: {0}")]
     Stamp(#[from] StampError),
@@ -103,7 +93,9 @@ pub enum ControlError {
         expected: f64,
     },
     /// Nothing in it.
-    #[error("`force` and `moment` are empty, expected at least one interval")]
+    #[error(
+        "`force`, `moment`, `wheel_torque` and `thrust` are empty, expected at least one interval"
+    )]
     Empty,
     /// NaN or infinity.
     #[error("`{field}[{interval}]` is {value:?}, expected three finite numbers")]
@@ -171,9 +163,13 @@ impl Controls {
         let found = message.step_size;
         let hold = hold(found, expected).ok_or(ControlError::StepSize { found, expected })?;
         let loads = loads(scene, message)?;
-        let law = match message.moment.is_empty() {
-            true => None,
-            false => Law::check(message, &scene.units)?,
+        let actuation = Actuation::check(scene, body, message)?;
+        if loads.is_empty() && actuation.is_none() {
+            return Err(ControlError::Empty);
+        }
+        let law = match actuation {
+            Some(_) => None,
+            None => Law::check(message, &scene.units)?,
         };
         if law.is_some() && (hold > 1 || axes != Axes::Split) {
             return Err(ControlError::HeldFeedback {
@@ -187,10 +183,7 @@ impl Controls {
             first_step: message.first_step,
             hold,
             axes,
-            actuation: match loads.is_empty() {
-                true => Some(Actuation::check(scene, body, &message.feedback)?),
-                false => None,
-            },
+            actuation,
             loads,
             law,
         })
@@ -263,15 +256,10 @@ impl Controls {
     }
 }
 
-/// Whether the moments of a message are in `feedback`.
-fn holds_moments(message: &ControlSequence) -> bool {
-    message.moment.is_empty() && message.reference.is_empty() && !message.feedback.is_empty()
-}
-
 /// The axes that the frame of a message means for a body; without one, those of the scene.
 fn axes(scene: &Scene, body: usize, message: &ControlSequence) -> Result<Axes, ControlError> {
     let frame = &message.header.frame_id;
-    let held = holds_moments(message);
+    let held = message.moment_in_frame;
     match Axes::named(scene, frame) {
         Some(axes) if held => Ok(axes),
         Some(Axes::Inertial) => Ok(Axes::Split),
@@ -300,22 +288,9 @@ fn hold(found: f64, step: f64) -> Option<u64> {
 
 /// The controls of a message in the scene's units.
 fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlError> {
-    let held: Vec<_> = match holds_moments(message) && !message.force.is_empty() {
-        true => held_moments(message)?,
-        false => Vec::new(),
-    };
-    let moments = match held.is_empty() {
-        true => &message.moment,
-        false => &held,
-    };
-    if message.force.len() != moments.len() {
-        return Err(ControlError::Lengths {
-            forces: message.force.len(),
-            moments: moments.len(),
-        });
-    }
-    if message.force.is_empty() && message.feedback.is_empty() {
-        return Err(ControlError::Empty);
+    let (forces, moments) = (message.force.len(), message.moment.len());
+    if forces != moments {
+        return Err(ControlError::Lengths { forces, moments });
     }
     let finite = |field, interval, vector: &Vector3| {
         let value = [vector.x, vector.y, vector.z];
@@ -329,7 +304,7 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
             })
         }
     };
-    let intervals = message.force.iter().zip(moments).enumerate();
+    let intervals = message.force.iter().zip(&message.moment).enumerate();
     intervals
         .map(|(interval, (force, moment))| {
             let load = Load {
@@ -339,15 +314,4 @@ fn loads(scene: &Scene, message: &ControlSequence) -> Result<Vec<Load>, ControlE
             Ok(scene.units.load_from_si(&load))
         })
         .collect()
-}
-
-/// The moments that a message has in `feedback`.
-fn held_moments(message: &ControlSequence) -> Result<Vec<Vector3>, ControlError> {
-    let (forces, found) = (message.force.len(), message.feedback.len());
-    let (moments, rest) = message.feedback.as_chunks();
-    if !rest.is_empty() || moments.len() != forces {
-        return Err(ControlError::HeldMoments { found, forces });
-    }
-    let moments = moments.iter().map(|&[x, y, z]| Vector3 { x, y, z });
-    Ok(moments.collect())
 }

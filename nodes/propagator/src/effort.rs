@@ -38,6 +38,14 @@ impl Actuators {
         }
     }
 
+    /// The field of a control sequence that commands them.
+    pub(crate) fn field(self) -> &'static str {
+        match self {
+            Self::Wheels => "wheel_torque",
+            Self::Thrusters => "thrust",
+        }
+    }
+
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Wheels => "wheels",
@@ -154,17 +162,18 @@ impl Efforts {
         terms: &Terms,
         first_step: u64,
     ) -> Result<ControlSequence, StampError> {
-        let named = &scene.bodies[self.body];
-        let [wheels, thrusters] = match self.actuators {
-            Actuators::Wheels => [self.efforts.clone(), vec![f64::NAN; named.thrusters.len()]],
-            Actuators::Thrusters => [vec![f64::NAN; named.wheels.len()], self.efforts.clone()],
+        let efforts = self.efforts.clone();
+        let [wheel_torque, thrust] = match self.actuators {
+            Actuators::Wheels => [efforts, Vec::new()],
+            Actuators::Thrusters => [Vec::new(), efforts],
         };
         Ok(ControlSequence {
             header: header(scene, first_step)?,
-            body: named.name.clone(),
+            body: scene.bodies[self.body].name.clone(),
             first_step,
             step_size: terms.duration(scene),
-            feedback: [wheels, thrusters].concat(),
+            wheel_torque,
+            thrust,
             ..ControlSequence::default()
         })
     }

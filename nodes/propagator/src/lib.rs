@@ -5,11 +5,8 @@
 //! queues. [`Flight`] is the flight itself, free of any middleware: what it does depends on the scene and the accepted
 //! controls only, so that a recorded flight can be repeated bit for bit.
 
-<<<<<<< HEAD
 mod actuation;
-=======
 mod answers;
->>>>>>> loop
 mod axes;
 mod choosing;
 mod command;

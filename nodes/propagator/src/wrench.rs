@@ -175,10 +175,7 @@ impl Wrench {
         let mut sequence = control_sequence(scene, self.body, first_step, &[load], None)?;
         sequence.step_size = terms.duration(scene);
         sequence.header.frame_id = self.axes.frame(scene).to_owned();
-        if self.axes != Axes::Body(self.body) {
-            let moments = std::mem::take(&mut sequence.moment);
-            sequence.feedback = moments.iter().flat_map(|m| [m.x, m.y, m.z]).collect();
-        }
+        sequence.moment_in_frame = true;
         Ok(sequence)
     }
 }

@@ -56,7 +56,8 @@ fn fly(steps: u64, frame: &str) -> [BodyState; 2] {
         body: "body".into(),
         step_size: T,
         force: vec![components(FORCE)],
-        feedback: MOMENT.to_vec(),
+        moment: vec![components(MOMENT)],
+        moment_in_frame: true,
         ..Default::default()
     };
     message.header.frame_id = frame.into();
@@ -127,7 +128,8 @@ fn moments_that_do_not_fit_and_unknown_frames_are_refused_with_what_is_expected(
             body: "body".into(),
             step_size: T,
             force: vec![components(FORCE)],
-            feedback: MOMENT.to_vec(),
+            moment: vec![components(MOMENT)],
+            moment_in_frame: true,
             ..Default::default()
         };
         spoil(&mut message);
@@ -135,11 +137,11 @@ fn moments_that_do_not_fit_and_unknown_frames_are_refused_with_what_is_expected(
         error.to_string()
     };
     assert_eq!(
-        refused(|message| message.feedback.truncate(2)),
-        "`feedback` has 2 numbers without `moment` and `reference`, expected moments: three for each of 1 forces"
+        refused(|message| message.thrust.push(1.0)),
+        "`thrust` has 1 numbers beside `force`, expected only one of `force`, `wheel_torque` and `thrust`"
     );
     assert_eq!(
-        refused(|message| message.feedback[1] = f64::NAN),
+        refused(|message| message.moment[0].y = f64::NAN),
         "`moment[0]` is [0.2, NaN, -0.4], expected three finite numbers"
     );
     assert_eq!(
@@ -150,11 +152,7 @@ fn moments_that_do_not_fit_and_unknown_frames_are_refused_with_what_is_expected(
     assert_eq!(
         refused(|message| {
             message.header.frame_id = "turntable".into();
-            message.moment = vec![components(
-                std::mem::take(&mut message.feedback)[..3]
-                    .try_into()
-                    .unwrap(),
-            )];
+            message.moment_in_frame = false;
         }),
         "`header.frame_id` is \"turntable\", expected one of inertial, body"
     );

@@ -52,6 +52,7 @@ pub fn control_sequence(
             .collect(),
         feedback: gains.collect(),
         limits: law.limits.to_si(units),
+        ..ControlSequence::default()
     })
 }
 

@@ -337,10 +337,6 @@ impl Link {
 
 /// The sequence without its feedback law.
 fn open_loop(scene: &Scene, message: &ControlSequence) -> ControlSequence {
-    if message.moment.is_empty() {
-        // What is in `feedback` is no law.
-        return message.clone();
-    }
     ControlSequence {
         reference: Vec::new(),
         feedback: Vec::new(),

@@ -54,12 +54,8 @@ impl Commanding {
         Ok(Self {
             terms: config.terms.map(|terms| terms.for_steps(every)),
             cycle,
-<<<<<<< HEAD
-            latest: vec![None; Target::count(scene.bodies.len())],
-=======
             answers,
-            latest: vec![None; 2 * scene.bodies.len()],
->>>>>>> loop
+            latest: vec![None; Target::count(scene.bodies.len())],
             timeouts: Timeouts::default(),
             asked: Instant::now(),
         })

@@ -36,7 +36,8 @@ impl SceneInput {
         for (key, value) in &self.set {
             text = set_key(&text, key, value)?;
         }
-        let scene = parse_scene(&self.scene, &text).map_err(|error| self.with_changes(error))?;
+        let scene =
+            parse_scene(&self.scene, &text).map_err(|error| self.with_changes(error.into()))?;
         if self.set.is_empty() {
             return Ok(Loaded {
                 scene,

@@ -62,10 +62,15 @@ pub enum SetStatesError {
 impl Flight {
     /// At step 0 of `scene`.
     pub fn new(scene: &Scene) -> Result<Self, SchemeError> {
-        let bodies = scene.bodies.len();
         let scheme = scene.scheme()?;
-        Ok(Self {
-            simulation: scene.simulation(scheme)?,
+        Ok(Self::of(scene, scheme, scene.simulation(scheme)?))
+    }
+
+    /// At the present step of a simulation of `scene` by this scheme, such as one under other gravity.
+    pub fn of(scene: &Scene, scheme: Scheme, simulation: Simulation) -> Self {
+        let bodies = scene.bodies.len();
+        Self {
+            simulation,
             scheme,
             whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
@@ -79,7 +84,7 @@ impl Flight {
                 .map(|(index, body)| (index, body.wheels.len()))
                 .filter(|(_, count)| *count > 0)
                 .collect(),
-        })
+        }
     }
 
     /// How often an interaction has been taken up in more or in less detail since the last reset.

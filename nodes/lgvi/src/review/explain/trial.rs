@@ -5,8 +5,9 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use lgvi_dynamics::gravity::Gravity;
 use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation, System};
-use lgvi_middleware::node::NodeError;
 use lgvi_scene::{Energies, Rates, Scene, Scheme};
+
+use crate::Unusable;
 
 /// Steps of the method at most, a fraction of a second.
 const STEPS: u64 = 2000;
@@ -44,7 +45,7 @@ impl Gravity for Counter {
 }
 
 impl Trial {
-    pub(super) fn fly(scene: &Scene, scheme: Scheme) -> Result<Self, NodeError> {
+    pub(super) fn fly(scene: &Scene, scheme: Scheme) -> Result<Self, Unusable> {
         let counter = Arc::new(AtomicU64::new(0));
         let mut gravity = scene.gravity.of_system();
         // Taylor series have no loads.
@@ -60,7 +61,7 @@ impl Trial {
         let states = scene.bodies.iter().map(|named| named.state).collect();
         let system = System::new(bodies, gravity);
         let mut simulation = Simulation::new(system, states, scheme.method, scene.h())
-            .map_err(NodeError::input)?
+            .map_err(Unusable::new)?
             .with_substeps(scheme.substeps);
 
         let substeps = u64::from(scheme.substeps);

@@ -6,13 +6,13 @@ use lgvi_msgs::msg::{ControlSequence, Intervention};
 
 /// A flight from the scene's start to the next reset.
 #[derive(Debug)]
-pub(crate) struct Course<'b> {
+pub struct Course<'b> {
     /// The control sequences, in the order of their acceptance.
-    pub(crate) controls: &'b [ControlSequence],
+    pub controls: &'b [ControlSequence],
     /// Its states, by their sequence numbers.
-    pub(crate) samples: Range<u64>,
+    pub samples: Range<u64>,
     /// Where states were set: the number of the first sample after, and what they were.
-    pub(crate) set: Vec<(u64, &'b Intervention)>,
+    pub set: Vec<(u64, &'b Intervention)>,
 }
 
 impl<'b> Course<'b> {
@@ -21,7 +21,7 @@ impl<'b> Course<'b> {
     ///
     /// The present state is published before and after each intervention: a sample whose step is not greater than that of
     /// the one before is the first after the next intervention. Samples may be missing where none of those is among them.
-    pub(crate) fn of(
+    pub fn of(
         samples: &[(u64, u64)],
         controls: &'b [ControlSequence],
         interventions: &'b [Intervention],

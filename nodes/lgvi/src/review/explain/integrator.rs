@@ -1,13 +1,13 @@
 use lgvi_common::{Warning, WarningCode};
 use lgvi_dynamics::Method;
+use lgvi_dynamics::auto::Choice;
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_middleware::node::NodeError;
 use lgvi_scene::{Scene, Scheme};
 use serde::Serialize;
 
 use super::choice::Chosen;
 use super::trial::Trial;
-use crate::choosing::choose;
+use crate::Unusable;
 
 /// How a scene is flown.
 #[derive(Debug, Serialize)]
@@ -35,11 +35,13 @@ pub(super) struct Integrator {
 
 impl Integrator {
     /// With the scheme, and what is to be warned of.
-    pub(super) fn of(scene: &Scene) -> Result<(Self, Scheme, Vec<Warning>), NodeError> {
-        let choice = choose(scene, None)?;
-        let scheme = match &choice {
+    pub(super) fn of(
+        scene: &Scene,
+        choice: Option<&Choice>,
+    ) -> Result<(Self, Scheme, Vec<Warning>), Unusable> {
+        let scheme = match choice {
             Some(choice) => scene.scheme_by(choice.method, choice.substeps),
-            None => scene.scheme().map_err(NodeError::input)?,
+            None => scene.scheme().map_err(Unusable::new)?,
         };
         let trial = Trial::fly(scene, scheme)?;
         let integrator = Self {
@@ -52,12 +54,12 @@ impl Integrator {
             trial_steps: trial.steps,
             largest_turn: trial.largest_turn,
             turn_limit: turn_limit(scheme.method),
-            choice: choice.as_ref().map(Chosen::of),
+            choice: choice.map(Chosen::of),
         };
         let failure = trial.failure;
         let otherwise = scene.flown_otherwise(scheme);
         let warned = |code, message: Option<String>| message.map(|text| Warning::new(code, text));
-        let chosen = scene.chosen.clone().or(choice.as_ref().map(Into::into));
+        let chosen = scene.chosen.clone().or(choice.map(Into::into));
         let accuracy = chosen.and_then(|chosen| chosen.warning);
         let warnings = [
             warned(WarningCode::Accuracy, accuracy),

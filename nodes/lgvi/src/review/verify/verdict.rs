@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
-use std::path::Path;
 
 use serde::Serialize;
 
@@ -12,7 +11,7 @@ use crate::flight_bag::FlightBag;
 /// What a comparison comes to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum Outcome {
+pub enum Outcome {
     /// All recorded states agree.
     Agrees,
     /// One differs, after messages that were lost: the controls of the flight may be among them.
@@ -23,8 +22,9 @@ pub(super) enum Outcome {
 
 /// What the comparison has found.
 #[derive(Debug, Serialize)]
-pub(super) struct Verdict {
-    pub(super) outcome: Outcome,
+pub struct Verdict {
+    /// What it comes to.
+    pub outcome: Outcome,
     bag: String,
     /// The propagator.
     flight: String,
@@ -35,28 +35,29 @@ pub(super) struct Verdict {
     /// Resets, and states set.
     interventions: usize,
     /// States compared, the differing one included.
-    pub(super) states: u64,
+    pub states: u64,
     /// States that the propagator published before the last of them and that are not in the bag.
-    pub(super) missing: u64,
+    pub missing: u64,
     /// Messages of the flight that the recorder has lost, by topic.
     lost: BTreeMap<String, String>,
     /// Step of the last of them.
-    pub(super) step: u64,
+    pub step: u64,
     /// Steps of the scene.
-    pub(super) steps: u64,
+    pub steps: u64,
     /// Whether the states compared go to the scene's last step: those of an interrupted flight do not.
-    pub(super) complete: bool,
+    pub complete: bool,
     bodies: usize,
-    difference: Option<Difference>,
+    /// The first difference.
+    pub difference: Option<Difference>,
 }
 
 impl Verdict {
     /// Of a bag that has not been looked at.
-    pub(super) fn new(bag: &FlightBag, path: &Path) -> Self {
+    pub(super) fn new(bag: &FlightBag) -> Self {
         let scene = &bag.scene;
         Self {
             outcome: Outcome::Agrees,
-            bag: path.display().to_string(),
+            bag: bag.path().display().to_string(),
             flight: bag.name().to_owned(),
             scene: scene.name.clone(),
             software: [bag.software.clone(), lgvi_propagator::SOFTWARE.into()],

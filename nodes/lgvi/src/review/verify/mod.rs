@@ -7,40 +7,29 @@ mod verdict;
 
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
-use std::path::Path;
-use std::process::ExitCode;
 
-use lgvi_middleware::node::NodeError;
-
+pub use self::difference::{Difference, Value};
 use self::repetition::Repetition;
-use self::verdict::{Outcome, Verdict};
-use crate::bars;
+pub use self::verdict::{Outcome, Verdict};
+use crate::Unusable;
 use crate::flight_bag::FlightBag;
-use crate::output::say;
 
-/// Compares every recorded state with the repetition; exit code 0 if all agree, 1 if one differs or states are missing.
-pub(crate) fn verify(path: &Path, flight: Option<&str>, json: bool) -> Result<ExitCode, NodeError> {
-    let bag = FlightBag::open(path, flight)?;
-    let verdict = repeat(&bag, path)?;
-    if json {
-        say(&serde_json::to_string(&verdict).map_err(NodeError::runtime)?)?;
-    } else {
-        say(&verdict)?;
-    }
-    Ok(ExitCode::from(u8::from(verdict.outcome != Outcome::Agrees)))
-}
-
-/// Repeats the flight up to the first difference. Where stamps tell the time, states of several courses alternate: each
-/// course is under way from its first state to its last.
-fn repeat(bag: &FlightBag, path: &Path) -> Result<Verdict, NodeError> {
-    let mut verdict = Verdict::new(bag, path);
+/// Repeats the flight up to the first difference, and compares every recorded state with the repetition. Where stamps tell
+/// the time, states of several courses alternate: each course is under way from its first state to its last. `go_on` is told
+/// the number of states compared so far, and whether to go on is asked of it.
+///
+/// # Errors
+/// Returns an error if the bag cannot be repeated, and if `go_on` has said no.
+pub fn verify(bag: &FlightBag, go_on: &mut dyn FnMut(u64) -> bool) -> Result<Verdict, Unusable> {
+    let mut verdict = Verdict::new(bag);
     let courses = bag.courses()?;
     let mut under_way = BTreeMap::new();
     let mut latest = 0;
-    let bar = bars::bar("repeating", bag.state_count(), "states");
     for state in bag.states() {
         let state = state?;
-        bar.inc(1);
+        if !go_on(verdict.states) {
+            return Err(bag.refuse(&"the repetition was interrupted"));
+        }
         let number = courses.partition_point(|course| course.samples.end <= state.sequence);
         let course = courses.get(number).ok_or_else(|| {
             let (topic, sequence) = (bag.state_topic(), state.sequence);
@@ -70,7 +59,6 @@ fn repeat(bag: &FlightBag, path: &Path) -> Result<Verdict, NodeError> {
             break;
         }
     }
-    bar.finish_and_clear();
     if verdict.states == 0 {
         let topic = bag.state_topic();
         return Err(bag.refuse(&format!("{topic}: no states, expected at least one")));

@@ -11,17 +11,12 @@ mod skips;
 mod text;
 mod trial;
 
-use std::process::ExitCode;
-
-use clap::Args;
 use lgvi_common::Warning;
-use lgvi_middleware::node::NodeError;
+use lgvi_dynamics::auto::Choice;
 use lgvi_scene::Scene;
 use serde::Serialize;
 
-use crate::output::say;
-use crate::scene_input::SceneInput;
-use crate::strictness::Strictness;
+use crate::Unusable;
 use bodies::Body;
 use docking::Docking;
 use gravity::Gravity;
@@ -30,21 +25,9 @@ use maneuver::Maneuver;
 use sensors::Sensor;
 use skips::Skips;
 
-/// The command line of `lgvi explain`.
-#[derive(Args)]
-pub(crate) struct Options {
-    #[command(flatten)]
-    input: SceneInput,
-    /// Print the explanation as JSON.
-    #[arg(long)]
-    pub(crate) json: bool,
-    #[command(flatten)]
-    strictness: Strictness,
-}
-
 /// A scene in SI units, its integrator, and warnings.
 #[derive(Debug, Serialize)]
-struct Explanation {
+pub struct Explanation {
     scene: String,
     title: String,
     /// (s)
@@ -61,23 +44,17 @@ struct Explanation {
     disturbance: Option<u64>,
     integrator: Integrator,
     skips: Skips,
-    warnings: Vec<Warning>,
-}
-
-/// Explains the scene in a file.
-pub(crate) fn explain(options: &Options) -> Result<ExitCode, NodeError> {
-    let explanation = Explanation::of(&options.input.load()?.scene)?;
-    if options.json {
-        say(&serde_json::to_string(&explanation).map_err(NodeError::runtime)?)?;
-    } else {
-        say(&explanation)?;
-    }
-    Ok(options.strictness.exit_code(&explanation.warnings))
+    /// What there is to be warned of.
+    pub warnings: Vec<Warning>,
 }
 
 impl Explanation {
-    fn of(scene: &Scene) -> Result<Self, NodeError> {
-        let (integrator, scheme, warnings) = Integrator::of(scene)?;
+    /// Explains a scene. `choice` is what an automatic integrator has chosen, where the scene does not have it yet.
+    ///
+    /// # Errors
+    /// Returns an error if the scene has no integrator.
+    pub fn of(scene: &Scene, choice: Option<&Choice>) -> Result<Self, Unusable> {
+        let (integrator, scheme, warnings) = Integrator::of(scene, choice)?;
         Ok(Self {
             scene: scene.name.clone(),
             title: scene.title.clone(),

@@ -3,13 +3,13 @@
 use std::iter::Peekable;
 use std::slice::Iter;
 
-use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{Intervention, SystemState};
 use lgvi_propagator::{Controls, Flight, SetStates};
 use lgvi_scene::Scene;
 
 use super::compare::compare;
 use super::difference::Difference;
+use crate::Unusable;
 use crate::course::Course;
 use crate::flight_bag::FlightBag;
 
@@ -30,8 +30,8 @@ pub(super) struct Repetition<'c> {
 impl<'c> Repetition<'c> {
     /// Begins at the scene's start. The controls of the course are accepted in their order, each by the first step at which
     /// it or one behind it acts: all at the start would be so many to look through in each step.
-    pub(super) fn begin(bag: &'c FlightBag, course: &'c Course<'c>) -> Result<Self, NodeError> {
-        let flight = Flight::new(&bag.scene).map_err(NodeError::input)?;
+    pub(super) fn begin(bag: &'c FlightBag, course: &'c Course<'c>) -> Result<Self, Unusable> {
+        let flight = Flight::new(&bag.scene).map_err(Unusable::new)?;
         let controls = bag.check(course.controls).collect::<Result<Vec<_>, _>>()?;
         let mut by = u64::MAX;
         let controls = controls.into_iter().rev().map(|controls| {
@@ -50,7 +50,7 @@ impl<'c> Repetition<'c> {
     }
 
     /// Goes on to the next state, and compares.
-    pub(super) fn compare(&mut self, state: &SystemState) -> Result<Option<Difference>, NodeError> {
+    pub(super) fn compare(&mut self, state: &SystemState) -> Result<Option<Difference>, Unusable> {
         let Self {
             bag,
             flight,

@@ -6,19 +6,27 @@ use serde::{Serialize, Serializer};
 
 /// Where they differ, and what each has there.
 #[derive(Debug, Serialize)]
-pub(super) struct Difference {
-    pub(super) step: u64,
-    pub(super) body: String,
-    pub(super) field: String,
-    pub(super) recorded: Value,
-    pub(super) computed: Value,
+pub struct Difference {
+    /// Step of the state.
+    pub step: u64,
+    /// The body.
+    pub body: String,
+    /// The field, with the index of its element.
+    pub field: String,
+    /// What the bag has there.
+    pub recorded: Value,
+    /// What the repetition gives.
+    pub computed: Value,
 }
 
 /// What a field holds. Numbers are the same only where all their bits are.
 #[derive(Debug)]
-pub(super) enum Value {
+pub enum Value {
+    /// A number.
     Number(f64),
+    /// A whole number.
     Integer(i64),
+    /// A text.
     Text(String),
 }
 

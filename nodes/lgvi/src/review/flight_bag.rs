@@ -6,24 +6,24 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 
 use lgvi_bag::{BagReader, Message, Topic};
-use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, ControlSequence, Intervention, SystemState};
 use lgvi_msgs::sensor_msgs::JointState;
 use lgvi_msgs::{RosMessage, cdr, stamp};
 use lgvi_propagator::Controls;
 use lgvi_scene::Scene;
 
+use crate::Unusable;
 use crate::course::Course;
 
 /// An open bag that holds a flight.
-pub(crate) struct FlightBag {
+pub struct FlightBag {
     path: PathBuf,
     reader: BagReader,
     topics: Topics,
     /// What was flown.
-    pub(crate) scene: Scene,
+    pub scene: Scene,
     /// What flew it.
-    pub(crate) software: String,
+    pub software: String,
     sequences: Vec<ControlSequence>,
     interventions: Vec<Intervention>,
 }
@@ -46,9 +46,9 @@ struct Given {
 
 impl FlightBag {
     /// Opens the bag and reads scene and control sequences of the propagator `flight`, which must be named where there are
-    /// several; every error is [`NodeError::Input`] and names the bag.
-    pub(crate) fn open(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
-        let reader = BagReader::open(path).map_err(NodeError::input)?;
+    /// several; every error names the bag.
+    pub fn open(path: &Path, flight: Option<&str>) -> Result<Self, Unusable> {
+        let reader = BagReader::open(path).map_err(Unusable::new)?;
         let topics = Topics::of(reader.topics(), flight).map_err(|error| refuse(path, &error))?;
         let Given {
             scene,
@@ -76,37 +76,42 @@ impl FlightBag {
         })
     }
 
+    /// Its path, as it was opened.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
     /// Something wrong with this bag.
-    pub(crate) fn refuse(&self, error: &dyn Display) -> NodeError {
+    pub fn refuse(&self, error: &dyn Display) -> Unusable {
         refuse(&self.path, error)
     }
 
     /// Name of the propagator.
-    pub(crate) fn name(&self) -> &str {
+    pub fn name(&self) -> &str {
         &self.topics.node
     }
 
     /// Name of the topic of the full-rate states.
-    pub(crate) fn state_topic(&self) -> &str {
+    pub fn state_topic(&self) -> &str {
         &self.topics.state
     }
 
     /// How many full-rate states it has.
-    pub(crate) fn state_count(&self) -> u64 {
+    pub fn state_count(&self) -> u64 {
         let counts = self.reader.message_counts();
         counts.get(self.state_topic()).copied().unwrap_or(0)
     }
 
     /// How often the flight's course has been changed.
-    pub(crate) fn interventions(&self) -> usize {
+    pub fn interventions(&self) -> usize {
         self.interventions.len()
     }
 
     /// Control sequences of it, checked against the scene.
-    pub(crate) fn check(
+    pub fn check(
         &self,
         sequences: &[ControlSequence],
-    ) -> impl Iterator<Item = Result<Controls, NodeError>> {
+    ) -> impl Iterator<Item = Result<Controls, Unusable>> {
         sequences.iter().map(|sequence| {
             Controls::of_message(&self.scene, sequence)
                 .map_err(|error| self.refuse(&format!("{}: {error}", self.topics.flown)))
@@ -114,7 +119,7 @@ impl FlightBag {
     }
 
     /// The courses of the flight. Samples may be missing within a course, but not where one begins.
-    pub(crate) fn courses(&self) -> Result<Vec<Course<'_>>, NodeError> {
+    pub fn courses(&self) -> Result<Vec<Course<'_>>, Unusable> {
         if self.interventions.is_empty() {
             return Ok(vec![Course {
                 controls: &self.sequences,
@@ -137,7 +142,7 @@ impl FlightBag {
     }
 
     /// Topics of the flight of which the recorder says that messages were lost, and how many.
-    pub(crate) fn lost(&self) -> BTreeMap<&str, &str> {
+    pub fn lost(&self) -> BTreeMap<&str, &str> {
         let Topics {
             state,
             flown,
@@ -156,19 +161,19 @@ impl FlightBag {
 
     /// The full-rate states in the order in which they were recorded; where stamps tell the time, those of one course
     /// are among those of others.
-    pub(crate) fn states(&self) -> impl Iterator<Item = Result<SystemState, NodeError>> {
+    pub fn states(&self) -> impl Iterator<Item = Result<SystemState, Unusable>> {
         let wanted = |topic: &Topic| topic.name == self.topics.state;
         self.reader.messages_of(0, wanted).map(|message| {
-            let message = message.map_err(NodeError::input)?;
+            let message = message.map_err(Unusable::new)?;
             decode(&message).map_err(|error| self.refuse(&error))
         })
     }
 
     /// The full-rate states with these numbers, in their order.
-    pub(crate) fn states_of(
+    pub fn states_of(
         &self,
         samples: Range<u64>,
-    ) -> impl Iterator<Item = Result<SystemState, NodeError>> {
+    ) -> impl Iterator<Item = Result<SystemState, Unusable>> {
         self.states().filter(move |state| {
             state
                 .as_ref()
@@ -179,11 +184,11 @@ impl FlightBag {
 
 impl FlightBag {
     /// The recorded joint states of a body, with their stamps (ns).
-    pub(crate) fn joint_states(&self, body: &str) -> Result<Vec<(i64, JointState)>, NodeError> {
+    pub fn joint_states(&self, body: &str) -> Result<Vec<(i64, JointState)>, Unusable> {
         let topic = format!("{}/joint_states/{body}", self.topics.node);
         let messages = self.reader.messages_of(0, |known| known.name == topic);
         let each = messages.map(|message| {
-            let message = message.map_err(NodeError::input)?;
+            let message = message.map_err(Unusable::new)?;
             let state: JointState = decode(&message).map_err(|error| self.refuse(&error))?;
             let stamp = stamp::from_message(&state.header.stamp);
             let stamp = stamp.map_err(|error| self.refuse(&format!("{topic}: {error}")))?;
@@ -232,8 +237,8 @@ impl Topics {
     }
 }
 
-fn refuse(path: &Path, error: &dyn Display) -> NodeError {
-    NodeError::input(format!("bag {}: {error}", path.display()))
+fn refuse(path: &Path, error: &dyn Display) -> Unusable {
+    Unusable::new(format!("bag {}: {error}", path.display()))
 }
 
 /// Decodes a message, unless it was recorded with another definition of its type, which may mean other things.
@@ -251,13 +256,13 @@ fn decode<M: RosMessage>(message: &Message<'_>) -> Result<M, String> {
         .map_err(|error| format!("{name} at {} ns: {error}", message.log_time))
 }
 
-fn given(path: &Path, bag: &BagReader, topics: &Topics) -> Result<Given, NodeError> {
+fn given(path: &Path, bag: &BagReader, topics: &Topics) -> Result<Given, Unusable> {
     let refused = |error: String| refuse(path, &error);
     let mut scene = None;
     let (mut sequences, mut interventions) = (Vec::new(), Vec::new());
     let wanted = [&topics.scene, &topics.flown, &topics.intervention];
     for message in bag.messages_of(0, |topic| wanted.contains(&&topic.name)) {
-        let message = message.map_err(NodeError::input)?;
+        let message = message.map_err(Unusable::new)?;
         let topic = &message.topic.name;
         if *topic == topics.scene {
             scene = Some(decode(&message).map_err(refused)?);

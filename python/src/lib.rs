@@ -1,6 +1,7 @@
 //! The extension module of the Python package `lgvi`.
 
 mod arrays;
+mod bag;
 mod controls;
 mod ensemble;
 mod error;
@@ -20,6 +21,8 @@ use pyo3::prelude::*;
 
 #[pymodule]
 mod _lgvi {
+    #[pymodule_export]
+    use crate::bag::Bag;
     #[pymodule_export]
     use crate::lie::{
         se3_act, se3_adjoint, se3_compose, se3_exp, se3_inverse, se3_left_jacobian, se3_log,

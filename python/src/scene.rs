@@ -34,7 +34,7 @@ pub(crate) struct Scene {
 }
 
 impl Scene {
-    fn new(scene: scene::Scene, file: Option<PathBuf>) -> Self {
+    pub(crate) fn new(scene: scene::Scene, file: Option<PathBuf>) -> Self {
         Self {
             scene: Arc::new(scene),
             file,

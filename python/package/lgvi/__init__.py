@@ -18,13 +18,14 @@ Examples
 """
 
 from lgvi import se3, so3
-from lgvi._lgvi import Plan, Scene, Simulation, State, Trajectory, __version__
+from lgvi._lgvi import Bag, Plan, Scene, Simulation, State, Trajectory, __version__
 from lgvi.bodies import rigid_bodies
 from lgvi.controls import Controls
 from lgvi.errors import BagError, ControlError, EnsembleError, FlightError, LgviError, PlanError, SceneError
 from lgvi.results import Explanation, Table
 
 __all__ = [
+    "Bag",
     "BagError",
     "ControlError",
     "Controls",

@@ -15,7 +15,7 @@ use crate::watch::Watch;
 
 /// A rosbag2 bag of MCAP files: a directory or a single file.
 ///
-/// Raises `BagError` if it cannot be read; `recover` makes a readable one of a damaged one.
+/// Raises `FileNotFoundError`, or `BagError` if it cannot be read; `recover` makes a readable one of a damaged one.
 #[pyclass(frozen, module = "lgvi")]
 pub(crate) struct Bag {
     path: PathBuf,
@@ -26,6 +26,7 @@ pub(crate) struct Bag {
 impl Bag {
     #[new]
     fn new(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        error::readable(&path, "the bag")?;
         let reader = py.detach(|| BagReader::open(&path));
         match reader {
             Ok(reader) => Ok(Self { path, reader }),
@@ -145,6 +146,7 @@ impl Bag {
         path: PathBuf,
         output: PathBuf,
     ) -> PyResult<Bound<'py, PyDict>> {
+        error::readable(&path, "the bag")?;
         let made = py.detach(|| lgvi_bag::recover(&path, &output));
         let made = made.map_err(|error| error::bag(py, error))?;
         let dict = PyDict::new(py);

@@ -7,6 +7,7 @@ use lgvi_common::{SceneFileError, SceneFileReason};
 use lgvi_dynamics::StepError;
 use lgvi_planner::{NoPlan, Reason};
 use lgvi_scene::{Scene, SceneError};
+use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
@@ -51,8 +52,18 @@ pub(crate) fn scene(py: Python<'_>, file: Option<&Path>, error: &SceneError) -> 
             "SceneError",
             (message, file, *line, key, value, expected)
         ),
-        _ => exception!(py, "SceneError", (message, file)),
+        _ => {
+            let line = line(&message);
+            exception!(py, "SceneError", (message, file, line))
+        }
     }
+}
+
+/// The line that a message of TOML's parser names.
+fn line(message: &str) -> Option<usize> {
+    let (_, rest) = message.split_once("TOML parse error at line ")?;
+    let digits = rest.split(|character: char| !character.is_ascii_digit());
+    digits.into_iter().next()?.parse().ok()
 }
 
 pub(crate) fn scene_file(py: Python<'_>, error: &SceneFileError) -> PyErr {
@@ -111,6 +122,14 @@ pub(crate) fn plan(py: Python<'_>, error: &NoPlan) -> PyErr {
 
 pub(crate) fn ensemble(py: Python<'_>, error: impl Display) -> PyErr {
     exception!(py, "EnsembleError", (error.to_string(),))
+}
+
+/// Refuses a path where there is nothing to read, with the exception that Python has for it.
+pub(crate) fn readable(path: &Path, what: &str) -> PyResult<()> {
+    std::fs::metadata(path).map(drop).map_err(|error| {
+        let message = format!("{what} cannot be read");
+        PyOSError::new_err((error.raw_os_error(), message, path.display().to_string()))
+    })
 }
 
 pub(crate) fn bag(py: Python<'_>, error: impl Display) -> PyErr {

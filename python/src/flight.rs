@@ -20,6 +20,9 @@ const LOOK: u64 = 32;
 /// By how much a time may miss a step's and still be that of the step, in steps.
 const ON_STEP: f64 = 1e-9;
 
+/// The most states that are kept unless times are asked for: some 3 GB.
+const MOST_STATES: u64 = 1 << 24;
+
 /// A time at which a sample is kept.
 #[derive(Clone, Copy)]
 pub(crate) struct Output {
@@ -40,6 +43,13 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
     };
     let Some(times) = t_eval else {
         let every = scene.publishing.state_every.max(1);
+        let bodies = scene.bodies.len() as u64;
+        let states = (scene.steps / every).saturating_mul(bodies);
+        if states > MOST_STATES {
+            return Err(PyValueError::new_err(format!(
+                "{states} states would be kept, expected {MOST_STATES} at most without `t_eval`"
+            )));
+        }
         let last = !scene.steps.is_multiple_of(every);
         let steps = (0..=scene.steps).step_by(usize::try_from(every).unwrap_or(usize::MAX));
         return Ok(steps

@@ -7,7 +7,6 @@ use std::sync::{Arc, OnceLock};
 use lgvi_dynamics::auto::{Choice, ChoiceError};
 use lgvi_review::{Explanation, Unusable};
 use lgvi_scene::{self as scene, Chosen, Scheme};
-use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -119,14 +118,7 @@ impl Scene {
     /// Raises `OSError` such as `FileNotFoundError`, or `SceneError` with the file, the key, the value and what was expected.
     #[staticmethod]
     fn load(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        std::fs::metadata(&path).map_err(|error| {
-            let number = error.raw_os_error();
-            PyOSError::new_err((
-                number,
-                "the scene cannot be read",
-                path.display().to_string(),
-            ))
-        })?;
+        error::readable(&path, "the scene")?;
         let loaded = py.detach(|| lgvi_common::load_scene(&path));
         match loaded {
             Ok(loaded) => Ok(Self::new(loaded, Some(path))),

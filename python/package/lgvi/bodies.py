@@ -45,7 +45,7 @@ def rigid_bodies(
     angular_velocity_rad_s : array_like, shape (3,) or (bodies, 3)
         Angular velocities (rad/s), body frame.
     gravity : mapping, optional
-        The ``gravity`` table of scene files, such as ``{"central": {"gm": 3.986e14}}`` or ``{"mutual": 6.674e-11}``.
+        The ``gravity`` table of scene files, such as ``{"central": {"gm": 3.986e14}}`` or ``{"mutual": {"constant": 6.674e-11}}``.
     integrator : str or mapping
         The integrator of scene files, such as ``"lgvi"`` or ``{"name": "nystrom", "order": 6}``.
     names : sequence of str, optional

@@ -48,15 +48,10 @@ def test_recorded_flights_are_repeated_to_the_last_bit(bags: Path, name: str) ->
     assert "agree bit for bit" in verdict["text"]
 
 
-def test_what_differs_is_named(bags: Path, tmp_path: Path) -> None:
-    """A flight beside a scene that was written into its bag afterwards."""
+def test_half_a_bag_is_refused(bags: Path, tmp_path: Path) -> None:
     shutil.copytree(bags / "free_body", tmp_path / "bag")
     (file,) = (tmp_path / "bag").glob("*.mcap")
     data = file.read_bytes()
-    # The scene's text in the bag is compressed or not; then the bag is damaged instead.
-    changed = data.replace(b"mass = ", b"mass = 2", 1)
-    if changed != data and len(changed) == len(data) + 1:
-        pytest.skip("a message of another length")
     file.write_bytes(data[: len(data) // 2])
     with pytest.raises(lgvi.BagError):
         lgvi.Bag(tmp_path / "bag").verify()

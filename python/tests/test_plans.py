@@ -50,7 +50,8 @@ def test_gains_correct_a_disturbed_start(scenes: Path) -> None:
                 inertia * (state.angular_velocity_rad_s[0] - reference.angular_velocity_rad_s[k, 0]),
             ]
         )
-        return np.concatenate([plan.force_n[k], plan.moment_n_m[k]]) - plan.gain[k] @ deviation
+        correction: np.ndarray = plan.gain[k] @ deviation
+        return np.concatenate([plan.force_n[k], plan.moment_n_m[k]]) - correction
 
     target = reference.position_m[-1, 0]
     open_loop = disturbed.fly(controls=plan).position_m[-1, 0] - target

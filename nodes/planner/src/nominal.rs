@@ -153,3 +153,37 @@ impl NominalPlan {
         self.sequence.message(scene, body, self.first_step())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The rest of a plan, from the state that it leads to, is planned as it was.
+    #[test]
+    fn the_rest_of_a_plan_is_the_plan_of_the_rest() {
+        let text = include_str!("../../../scenes/inclination_change.toml");
+        let text = text.replace("steps = 1000", "steps = 60");
+        let scene = Scene::parse("test", &text).unwrap();
+        let whole = plan(&scene, &mut |_| true).unwrap();
+        let state = whole.solution().states[23];
+        let rest = plan_rest(&scene, (23, state), Some(&whole), &mut |_| true).unwrap();
+        assert_eq!((rest.first_step(), rest.arrival()), (23, 60));
+        for (one, other) in whole.solution().controls[23..]
+            .iter()
+            .zip(&rest.solution().controls)
+        {
+            assert!(
+                (one.force - other.force).norm() < 1e-8
+                    && (one.moment - other.moment).norm() < 1e-8
+            );
+        }
+        let message = rest.message(&scene).unwrap();
+        assert_eq!((message.first_step, message.force.len()), (23, 37));
+
+        let late = plan_rest(&scene, (59, state), Some(&whole), &mut |_| true).unwrap_err();
+        assert_eq!(late.reason, Reason::Refused);
+        assert!(late.message.contains("`first_step` is 59"), "{late}");
+        let stopped = plan(&scene, &mut |_| false).unwrap_err();
+        assert_eq!(stopped.reason, Reason::Cancelled);
+    }
+}

@@ -75,6 +75,10 @@ pub(crate) fn fly<'py>(
             ),
         ));
     }
+    if plan.is_some_and(|plan| !plan.fits(scene)) {
+        let message = "`plan` is in other units, steps or for another body than the scene's";
+        return Err(error::ensemble(py, message));
+    }
     let guidance = plan.map_or(Guidance::None, |plan| {
         let plan = plan.nominal();
         match plan.open_loop() {

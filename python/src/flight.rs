@@ -247,13 +247,7 @@ impl Run<'_> {
             part.steps = 1;
             Arc::new(part)
         });
-        if let Some(part) = Arc::get_mut(part) {
-            part.duration = output.part * whole.h();
-        } else {
-            let mut other = Scene::clone(part);
-            other.duration = output.part * whole.h();
-            *part = Arc::new(other);
-        }
+        Arc::make_mut(part).duration = output.part * whole.h();
         let (part, scheme) = (Arc::clone(part), self.flown.scheme);
         let made = Python::attach(|py| {
             let force = self.flown.force.as_ref().map(|force| (force, self.raised));

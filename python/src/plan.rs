@@ -37,6 +37,11 @@ impl Plan {
         let mut watch = Watch::new(progress);
         let mut iterations = 0;
         let begin = from.map(|state| begin(scene, state)).transpose()?;
+        if warm.is_some_and(|plan| !plan.fits(scene)) {
+            let message =
+                "`warm` is a plan in other units, steps or for another body than the scene's";
+            return Err(PyValueError::new_err(message));
+        }
         let warm = warm.map(|plan| &plan.plan);
         let made = py.detach(|| {
             let mut go_on = |now: &Iteration| {
@@ -68,6 +73,16 @@ impl Plan {
 
     pub(crate) fn nominal(&self) -> &NominalPlan {
         &self.plan
+    }
+
+    /// Whether it is made for the units, the steps and the body of a scene.
+    pub(crate) fn fits(&self, scene: &Scene) -> bool {
+        let of = |scene: &Scene| {
+            let maneuver = scene.maneuver.as_ref();
+            let body = maneuver.and_then(|maneuver| scene.bodies.get(maneuver.body));
+            (scene.units, scene.h(), body.map(|body| body.name.clone()))
+        };
+        of(&self.scene) == of(scene)
     }
 
     fn states(&self) -> States<'_> {

@@ -5,8 +5,9 @@ use std::path::PathBuf;
 use std::sync::{Arc, OnceLock};
 
 use lgvi_dynamics::auto::{Choice, ChoiceError};
-use lgvi_review::{Explanation, Unusable};
+use lgvi_review::{Explanation, SCENES, Unusable};
 use lgvi_scene::{self as scene, Chosen, Scheme};
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyTuple};
 
@@ -124,6 +125,19 @@ impl Scene {
             Ok(loaded) => Ok(Self::new(loaded, Some(path))),
             Err(error) => Err(error::scene_file(py, &error)),
         }
+    }
+
+    /// Returns one of the scenes that lgvi is shipped with, such as `"inclination_change"`.
+    ///
+    /// Raises `ValueError` with the names of all of them for another name.
+    #[staticmethod]
+    fn example(py: Python<'_>, name: &str) -> PyResult<Self> {
+        let scene = SCENES.iter().find(|(known, _)| *known == name);
+        let (_, text) = scene.ok_or_else(|| {
+            let known = SCENES.map(|(name, _)| name).join(", ");
+            PyValueError::new_err(format!("example {name:?}, expected one of {known}"))
+        })?;
+        Self::parse(py, name, text, None)
     }
 
     /// Makes a scene of a text in the format of scene files.

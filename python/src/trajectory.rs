@@ -30,7 +30,7 @@ pub(crate) struct Samples {
 
 /// A flight: states of all bodies at n times, as NumPy arrays in SI.
 ///
-/// Each array is made when it is first asked for, and is read-only by convention: it is the same object each time. Bodies
+/// Each array is made when it is first asked for. It is the same object each time, and read-only. Bodies
 /// are in the order of `bodies`. The inertial frame is that of the scene, called `frame`.
 #[pyclass(frozen, module = "lgvi")]
 pub(crate) struct Trajectory {
@@ -85,13 +85,17 @@ impl Trajectory {
         make: impl FnOnce(&Self) -> Vec<f64> + Send,
     ) -> PyResult<Bound<'py, PyAny>> {
         let slot = &self.arrays[kept as usize];
-        let made = slot.get_or_try_init(py, || {
+        let made = slot.get_or_try_init(py, || -> PyResult<Py<PyAny>> {
             let numbers = py.detach(|| make(self));
             let bodies = self.scene.bodies.len();
             let mut whole = vec![self.samples.times.len()];
             whole.extend(of_bodies.then_some(bodies));
             whole.extend_from_slice(shape);
-            array(py, &whole, numbers).map(|array| array.into_any().unbind())
+            let array = array(py, &whole, numbers)?;
+            let read_only = PyDict::new(py);
+            read_only.set_item("write", false)?;
+            array.call_method("setflags", (), Some(&read_only))?;
+            Ok(array.into_any().unbind())
         });
         Ok(made?.bind(py).clone())
     }

@@ -175,6 +175,9 @@ def test_ensembles_that_cannot_be_flown(spin: lgvi.Scene, scenes: Path) -> None:
             scene.ensemble(**keywords)  # type: ignore[arg-type]
     with pytest.raises(OverflowError):
         scene.ensemble(samples=-1)
+    other = scene.with_values({"run.steps": 100}).plan()
+    with pytest.raises(lgvi.EnsembleError, match="other units"):
+        scene.ensemble(samples=10, plan=other)
 
 
 def test_plans_that_are_not_there(spin: lgvi.Scene, inclination: lgvi.Scene) -> None:
@@ -191,6 +194,22 @@ def test_plans_that_are_not_there(spin: lgvi.Scene, inclination: lgvi.Scene) -> 
     assert caught.value.reason in ("infeasible", "not_converged")
     with pytest.raises(ValueError, match="another scene"):
         inclination.plan(spin.simulation().state())
+    other = inclination.with_values({"run.steps": 100})
+    with pytest.raises(ValueError, match="other units"):
+        other.plan(other.simulation().state(), warm=inclination.plan())
+
+
+def test_steps_that_cannot_be_counted(spin: lgvi.Scene) -> None:
+    simulation = spin.simulation()
+    simulation.step(0)
+    with pytest.raises(OverflowError):
+        simulation.step(-1)
+    with pytest.raises(lgvi.ControlError, match="steps"):
+        simulation.apply([0] * 6, steps=0)
+    with pytest.raises(IndexError):
+        spin.fly().state(101)
+    with pytest.raises(ValueError, match="expected one of"):
+        lgvi.Scene.example("moon")
 
 
 def test_control_c_ends_a_flight() -> None:

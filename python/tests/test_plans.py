@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 import lgvi
 
@@ -37,7 +38,7 @@ def test_gains_correct_a_disturbed_start(scenes: Path) -> None:
     mass = 1.0
     reference = scene.fly(controls=plan)
 
-    def law(t: float, state: lgvi.State) -> np.ndarray:
+    def law(t: float, state: lgvi.State) -> NDArray[np.float64]:
         assert state.step is not None
         k = state.step
         turn = lgvi.so3.log(reference.rotation[k, 0].T @ state.rotation[0])
@@ -50,8 +51,10 @@ def test_gains_correct_a_disturbed_start(scenes: Path) -> None:
                 inertia * (state.angular_velocity_rad_s[0] - reference.angular_velocity_rad_s[k, 0]),
             ]
         )
-        correction: np.ndarray = plan.gain[k] @ deviation
-        return np.concatenate([plan.force_n[k], plan.moment_n_m[k]]) - correction
+        correction = plan.gain[k] @ deviation
+        control = np.concatenate([plan.force_n[k], plan.moment_n_m[k]])
+        corrected: NDArray[np.float64] = control - correction
+        return corrected
 
     target = reference.position_m[-1, 0]
     open_loop = disturbed.fly(controls=plan).position_m[-1, 0] - target

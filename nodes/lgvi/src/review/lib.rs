@@ -6,11 +6,13 @@
 mod course;
 mod explain;
 mod flight_bag;
+mod scenes;
 mod verify;
 
 pub use course::Course;
 pub use explain::Explanation;
 pub use flight_bag::FlightBag;
+pub use scenes::SCENES;
 pub use verify::{Difference, Outcome, Value, Verdict, verify};
 
 use thiserror::Error;

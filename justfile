@@ -1,7 +1,8 @@
 # Recipes of the project; `just ci` is what continuous integration runs.
 
-# The benchmarks are a workspace of their own.
+# The benchmarks are a workspace of their own, and so is the Python package.
 bench := "--manifest-path crates/bench/Cargo.toml"
+python := "--manifest-path python/Cargo.toml"
 
 # All that is optional is checked too.
 all := "--features lgvi_tests/zenoh,lgvi_tests/security"
@@ -14,7 +15,7 @@ ci: fmt words book package tests-and-checks
 
 # Tests wait for half of their time. What checks the sources fills it, and does not depend on what runs beside it.
 [parallel, private]
-tests-and-checks: test patient-checks
+tests-and-checks: test patient-checks python
 
 # In a folder of their own, so that neither waits for the other's lock.
 [private]
@@ -26,6 +27,7 @@ patient-checks:
 fmt:
     cargo fmt --all --check
     cargo fmt {{bench}} --all --check
+    cargo fmt {{python}} --check
 
 # Spelling and prose.
 words: book-env
@@ -62,6 +64,7 @@ book-env:
 lint:
     cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
     cargo clippy {{bench}} --workspace --all-targets --locked --features lgvi_bench/security -- -D warnings
+    cargo clippy {{python}} --all-targets --locked --features shared -- -D warnings
     cargo check --locked
 
 # The documentation builds, all links resolve.
@@ -75,6 +78,28 @@ package:
 # All tests: the README's second command.
 test:
     tests/run
+
+# The Python package: its wheel is built and tested, with its types, examples, documentation and notebooks.
+python: python-env
+    target/python/env/bin/maturin build --quiet --profile dev {{python}} --locked --features shared --out target/python/wheels
+    target/python/env/bin/pip install --quiet --disable-pip-version-check --force-reinstall --no-deps target/python/wheels/lgvi-*.whl
+    cd python && ../target/python/env/bin/mypy
+    cd python && ../target/python/env/bin/python -m pytest --quiet -p no:cacheprovider
+    target/python/env/bin/python python/notebooks/execute.py
+
+[private]
+python-env:
+    python3 -m venv target/python/env
+    target/python/env/bin/pip install --quiet --disable-pip-version-check --requirement python/requirements.txt
+
+# The wheel of the Python package in target/python/wheels, for all versions of Python on Linux of this architecture.
+wheel: python-env
+    target/python/env/bin/maturin build --release {{python}} --locked --out target/python/wheels
+
+# What Python adds to the time of flights and steps, beside Rust alone. For a machine that does nothing else.
+python-bench: wheel
+    target/python/env/bin/pip install --quiet --disable-pip-version-check --force-reinstall --no-deps target/python/wheels/lgvi-*.whl
+    target/python/env/bin/python python/benchmarks/overhead.py
 
 # The README's first command, headless. Not in CI: it builds everything once more, in release.
 demo:

@@ -34,3 +34,4 @@ pub use row::{Failure, FailureKind, Row};
 pub use run::{Options, Progress, Report, run};
 pub use store::Store;
 pub use summary::{Statistics, Summary};
+pub use table::ends;

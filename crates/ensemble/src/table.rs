@@ -152,6 +152,14 @@ impl Columns {
     }
 }
 
+/// The results of a flight from the first to the second states, with the names of their columns: the final state of each body,
+/// the relative changes of energy and momenta, and by how much a maneuver misses its target; all in SI.
+pub fn ends(scene: &Scene, system: &System, states: [&[BodyState]; 2]) -> Vec<(String, f64)> {
+    let mut cells = Cells::default();
+    finish(&mut cells, scene, system, states);
+    cells.names.into_iter().zip(cells.numbers).collect()
+}
+
 /// Adds the results of a flight from the first to the second states.
 fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyState]; 2]) {
     let Units { length, time, .. } = scene.units;

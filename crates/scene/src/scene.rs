@@ -2,7 +2,7 @@ use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use lgvi_dynamics::docking::Docking;
-use lgvi_dynamics::gravity::Polyhedron;
+use lgvi_dynamics::gravity::{Gravity, Polyhedron};
 use lgvi_dynamics::skip::{Allowance, Refusal, Summary};
 use lgvi_dynamics::{
     BodyState, Method, MethodError, RigidBody, Simulation, Skip, StepError, System,
@@ -244,6 +244,19 @@ impl Scene {
         states: Vec<BodyState>,
         scheme: Scheme,
     ) -> Result<Simulation, MethodError> {
+        let gravity = self.gravity.clone();
+        self.simulation_under(bodies, states, scheme, move || gravity.of_system())
+    }
+
+    /// Returns the simulation by a scheme under other gravity than the scene's, which `gravity` creates as often as a system
+    /// needs it.
+    pub fn simulation_under(
+        &self,
+        bodies: Vec<RigidBody>,
+        states: Vec<BodyState>,
+        scheme: Scheme,
+        gravity: impl Fn() -> Vec<Box<dyn Gravity>> + Send + 'static,
+    ) -> Result<Simulation, MethodError> {
         let (h, subdivides, subdivide) = (self.h(), self.subdivides(scheme), self.subdivide);
         let simulation = move |system, states| -> Result<Simulation, MethodError> {
             let simulation =
@@ -255,16 +268,11 @@ impl Scene {
             };
             Ok(simulation.with_skips(scheme.skip))
         };
-        let whole = simulation(System::new(bodies, self.gravity.of_system()), states)?;
+        let whole = simulation(System::new(bodies, gravity()), states)?;
         if self.docking.is_empty() {
             return Ok(whole);
         }
-        let gravity = self.gravity.clone();
-        whole.with_dockings(
-            self.docking.clone(),
-            move || gravity.of_system(),
-            simulation,
-        )
+        whole.with_dockings(self.docking.clone(), gravity, simulation)
     }
 
     /// Returns true if this scheme subdivides steps that fail as a whole.

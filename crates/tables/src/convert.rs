@@ -72,7 +72,7 @@ fn output_error(output: &Path, error: WriteError) -> ConvertError {
     }
 }
 
-fn check_topics(bag: &BagReader, wanted: &[String]) -> Result<(), ConvertError> {
+pub(crate) fn check_topics(bag: &BagReader, wanted: &[String]) -> Result<(), ConvertError> {
     let topics = bag.topics().iter().map(|topic| &*topic.name);
     let left_out = bag.left_out().iter().map(|topic| &*topic.name);
     let known: Vec<&str> = topics.chain(left_out).collect();
@@ -87,14 +87,14 @@ fn check_topics(bag: &BagReader, wanted: &[String]) -> Result<(), ConvertError> 
 }
 
 /// Name and type of a topic, which together are unique in a bag.
-type Key<'b> = (&'b str, &'b str);
+pub(crate) type Key<'b> = (&'b str, &'b str);
 
-fn key(topic: &Topic) -> Key<'_> {
+pub(crate) fn key(topic: &Topic) -> Key<'_> {
     (&topic.name, &topic.type_name)
 }
 
 /// Determines the layouts of the topics from all messages.
-fn learn<'b>(
+pub(crate) fn learn<'b>(
     bag: &'b BagReader,
     options: &Options,
 ) -> Result<(Vec<Learnt<'b>>, Vec<LeftOut>), ConvertError> {

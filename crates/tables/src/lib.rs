@@ -15,6 +15,8 @@
 //!
 //! Numbers in CSV are the shortest texts that parse to the same value, or `NaN`, `inf`, `-inf`. JSON stores the latter
 //! three as strings. In Parquet, each number keeps its type.
+//!
+//! [`read`] makes the same tables in memory, with columns like those in Parquet.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
@@ -25,6 +27,7 @@ mod csv_table;
 mod definition;
 mod file_names;
 mod layout;
+mod memory;
 mod open;
 mod parquet_table;
 mod table;
@@ -37,4 +40,5 @@ pub use conversion::{Conversion, ConvertError, Format, LeftOut, Options, TableCo
 pub use convert::convert;
 pub use definition::{DefinitionError, MAX_DEPTH};
 pub use layout::MAX_COLUMNS;
+pub use memory::{Cells, TopicTable, read};
 pub use table::TableError;

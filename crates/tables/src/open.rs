@@ -65,17 +65,7 @@ impl<'b> Open<'b> {
     }
 
     pub(crate) fn row(&mut self, message: &Message<'_>) -> Result<(), ConvertError> {
-        let mut cells = vec![
-            Cell::Number(Value::Uint64(message.log_time)),
-            Cell::Number(Value::Uint64(message.publish_time)),
-            Cell::Number(Value::Uint32(message.sequence)),
-        ];
-        let fields = self.learnt.layout.cells(&message.data);
-        cells.extend(fields.map_err(|source| ConvertError::Changed {
-            topic: message.topic.name.clone(),
-            source,
-        })?);
-        let added = self.table.row(cells);
+        let added = self.table.row(cells(&self.learnt, message)?);
         added.map_err(|source| self.error(source))
     }
 
@@ -119,9 +109,27 @@ impl<'b> Open<'b> {
     }
 }
 
+/// Returns the cells of a message, in the order of [`columns`].
+pub(crate) fn cells<'m>(
+    learnt: &Learnt<'_>,
+    message: &'m Message<'_>,
+) -> Result<Vec<Cell<'m>>, ConvertError> {
+    let mut cells = vec![
+        Cell::Number(Value::Uint64(message.log_time)),
+        Cell::Number(Value::Uint64(message.publish_time)),
+        Cell::Number(Value::Uint32(message.sequence)),
+    ];
+    let fields = learnt.layout.cells(&message.data);
+    cells.extend(fields.map_err(|source| ConvertError::Changed {
+        topic: message.topic.name.clone(),
+        source,
+    })?);
+    Ok(cells)
+}
+
 /// Returns the columns of the bag's own data, followed by those of the message. The former are renamed if a field of
 /// the message has the same name.
-fn columns(layout: &Layout) -> Vec<Column> {
+pub(crate) fn columns(layout: &Layout) -> Vec<Column> {
     let fields = layout.columns();
     let own = [
         ("log_time", Kind::Time),

@@ -11,7 +11,7 @@ use lgvi_scene::{Scene, Units};
 use nalgebra::{Matrix3, Vector3};
 
 pub use controls::{Feedback, control_sequence};
-pub use feedback::{Correction, GAIN, Gain, Limits};
+pub use feedback::{Correction, GAIN, Gain, Limits, gain_si};
 
 /// The header of what is true at `step`, in the inertial frame.
 pub fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {

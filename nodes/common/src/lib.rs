@@ -2,20 +2,31 @@
 //! between the dynamics' states and loads and the samples that leave a process.
 
 mod convert;
+#[cfg(feature = "node")]
 mod event;
+#[cfg(feature = "node")]
 mod frame_prefix;
+#[cfg(feature = "node")]
 mod parameters;
 mod scene_file;
+#[cfg(feature = "node")]
 mod selection;
 mod warning;
 
 pub use convert::{
-    Correction, Feedback, GAIN, Gain, Limits, body_sample, body_state, control_sequence, header,
-    pose,
+    Correction, Feedback, GAIN, Gain, Limits, body_sample, body_state, control_sequence, gain_si,
+    header, pose,
 };
+#[cfg(feature = "node")]
 pub use event::{CommandTimeouts, Docked, Event, FlightReport, Miss, PlanReport};
+#[cfg(feature = "node")]
 pub use frame_prefix::FramePrefix;
+#[cfg(feature = "node")]
 pub use parameters::{publishes_clock, required_path};
-pub use scene_file::{load_scene, parse_scene, read_scene, set_key};
+pub use scene_file::{
+    KeyError, Reason as SceneFileReason, SceneFileError, load_scene, parse_scene, read_scene,
+    set_key,
+};
+#[cfg(feature = "node")]
 pub use selection::{Choice, Selection};
 pub use warning::{Warning, WarningCode};

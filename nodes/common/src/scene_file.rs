@@ -1,28 +1,75 @@
 use std::fmt::Display;
 use std::fs::File;
 use std::io::{self, Read};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
-use lgvi_middleware::node::NodeError;
 use lgvi_scene::{LONGEST, Scene, SceneError};
+use thiserror::Error;
 use toml_edit::{DocumentMut, Item, Table, Value};
 
+/// Why a scene file cannot be flown.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("scene {}: {reason}", path.display())]
+pub struct SceneFileError {
+    /// The file.
+    pub path: PathBuf,
+    /// What is wrong with it.
+    pub reason: Reason,
+}
+
+/// What is wrong with a scene file.
+#[derive(Clone, Debug, Error, PartialEq)]
+pub enum Reason {
+    /// It, or a mesh that it names, cannot be read.
+    #[error("{0}")]
+    Unreadable(String),
+    /// What it says cannot be flown.
+    #[error(transparent)]
+    Scene(#[from] SceneError),
+}
+
+/// Why a key of a scene's text cannot be set.
+#[derive(Clone, Debug, Error, PartialEq)]
+#[error("{key}={value}: {reason}")]
+pub struct KeyError {
+    /// The key.
+    pub key: String,
+    /// What it was to be set to.
+    pub value: String,
+    /// Why it was not.
+    pub reason: String,
+}
+
+#[cfg(feature = "node")]
+impl From<SceneFileError> for lgvi_middleware::node::NodeError {
+    fn from(error: SceneFileError) -> Self {
+        Self::input(error)
+    }
+}
+
+#[cfg(feature = "node")]
+impl From<KeyError> for lgvi_middleware::node::NodeError {
+    fn from(error: KeyError) -> Self {
+        Self::Input(format!("--set {error}"))
+    }
+}
+
 /// Reads and compiles a scene file; the scene is named after the file.
-pub fn load_scene(path: &Path) -> Result<Scene, NodeError> {
+pub fn load_scene(path: &Path) -> Result<Scene, SceneFileError> {
     parse_scene(path, &read_scene(path)?)
 }
 
 /// Compiles a scene's text as if it came from a file at `path`.
-pub fn parse_scene(path: &Path, text: &str) -> Result<Scene, NodeError> {
+pub fn parse_scene(path: &Path, text: &str) -> Result<Scene, SceneFileError> {
     let name = path
         .file_stem()
         .map_or_else(|| "scene".into(), |stem| stem.to_string_lossy());
-    Scene::parse(&name, text).map_err(|error| refuse(path, &error))
+    Scene::parse(&name, text).map_err(|error| refuse(path, error.into()))
 }
 
 /// Reads a scene file. A mesh that it names by `obj_file`, relative to its own directory, becomes a part of the text.
-pub fn read_scene(path: &Path) -> Result<String, NodeError> {
-    let text = read(path).map_err(|error| refuse(path, &error))?;
+pub fn read_scene(path: &Path) -> Result<String, SceneFileError> {
+    let text = read(path).map_err(|reason| refuse(path, reason))?;
     let Some(mut document) = text
         .contains(OBJ_FILE)
         .then(|| text.parse::<DocumentMut>().ok())
@@ -37,8 +84,10 @@ pub fn read_scene(path: &Path) -> Result<String, NodeError> {
             continue;
         };
         let file = directory.join(file.value());
-        let mesh = read(&file)
-            .map_err(|error| refuse(path, &format!("`{OBJ_FILE}` {}: {error}", file.display())))?;
+        let mesh = read(&file).map_err(|error| {
+            let reason = format!("`{OBJ_FILE}` {}: {error}", file.display());
+            refuse(path, Reason::Unreadable(reason))
+        })?;
         table.insert("obj", toml_edit::value(mesh));
     }
     Ok(document.to_string())
@@ -46,8 +95,12 @@ pub fn read_scene(path: &Path) -> Result<String, NodeError> {
 
 /// Sets a key of a scene's text, as `run.duration`, `bodies[0].mass` or `bodies.spacecraft.mass`, to a TOML value; one that
 /// is none is a string.
-pub fn set_key(text: &str, key: &str, value: &str) -> Result<String, NodeError> {
-    let fail = |why: &dyn Display| NodeError::Input(format!("--set {key}={value}: {why}"));
+pub fn set_key(text: &str, key: &str, value: &str) -> Result<String, KeyError> {
+    let fail = |why: &dyn Display| KeyError {
+        key: key.to_owned(),
+        value: value.to_owned(),
+        reason: why.to_string(),
+    };
     let mut document = text.parse::<DocumentMut>().map_err(|error| fail(&error))?;
     let value = value.parse().unwrap_or_else(|_| Value::from(value));
     let (parents, name) = key.rsplit_once('.').unwrap_or(("", key));
@@ -80,17 +133,20 @@ pub fn set_key(text: &str, key: &str, value: &str) -> Result<String, NodeError> 
 
 const OBJ_FILE: &str = "obj_file";
 
-fn refuse(path: &Path, error: &dyn Display) -> NodeError {
-    NodeError::Input(format!("scene {}: {error}", path.display()))
+fn refuse(path: &Path, reason: Reason) -> SceneFileError {
+    SceneFileError {
+        path: path.to_owned(),
+        reason,
+    }
 }
 
 /// Reads a text that is no longer than a scene may be.
-fn read(path: &Path) -> Result<String, String> {
+fn read(path: &Path) -> Result<String, Reason> {
     // Without the number of the system's error.
     let text = |error: io::Error| {
         let text = error.to_string();
         let words = text.split(" (os error").next();
-        words.unwrap_or_default().to_owned()
+        Reason::Unreadable(words.unwrap_or_default().to_owned())
     };
     let mut bytes = Vec::new();
     let file = File::open(path).map_err(text)?;
@@ -98,9 +154,9 @@ fn read(path: &Path) -> Result<String, String> {
         .read_to_end(&mut bytes)
         .map_err(text)?;
     if bytes.len() > LONGEST {
-        return Err(SceneError::TooLong.to_string());
+        return Err(SceneError::TooLong.into());
     }
-    String::from_utf8(bytes).map_err(|error| error.to_string())
+    String::from_utf8(bytes).map_err(|error| Reason::Unreadable(error.to_string()))
 }
 
 /// Returns the polyhedra that name a mesh file.

@@ -2,11 +2,7 @@
 
 use std::fmt::{Display, Formatter, Result};
 
-use lgvi_middleware::report::Reporter;
 use serde::{Deserialize, Serialize};
-use tracing::warn;
-
-use crate::Event;
 
 /// Something that a user has to know of a scene, a plan or a flight, though nothing has failed.
 #[derive(Clone, Debug, Deserialize, PartialEq, Eq, Serialize)]
@@ -47,9 +43,10 @@ impl Warning {
     }
 
     /// Logs it and tells it to the supervisor, if there is one.
-    pub fn tell(self, events: &Reporter) {
-        warn!("{}", self.message);
-        events.report(Event::Warned(self));
+    #[cfg(feature = "node")]
+    pub fn tell(self, events: &lgvi_middleware::report::Reporter) {
+        tracing::warn!("{}", self.message);
+        events.report(crate::Event::Warned(self));
     }
 }
 

@@ -4,12 +4,10 @@ mod beside;
 mod choosing;
 mod chosen;
 mod convert;
-mod course;
 mod drawn;
 mod ensemble;
 mod explain;
 mod files;
-mod flight_bag;
 mod info;
 mod new;
 mod node_command;
@@ -23,6 +21,7 @@ mod report;
 mod run;
 mod scene_input;
 mod strictness;
+mod sweep;
 mod values;
 mod verify;
 
@@ -118,6 +117,11 @@ enum Command {
     Schema,
     /// Record topics from shared memory and DDS until stopped.
     Record(record::Options),
+    /// Fly a scene with every combination of some values, into one table and one picture.
+    ///
+    /// Flies in this process, without nodes. Exit codes: 0 all combinations are in the table, also those that failed; 2 a
+    /// combination is no scene; 130 it was interrupted.
+    Sweep(sweep::Options),
     /// Replay a bag over shared memory and DDS.
     Play(play::Options),
     /// Run one node of the suite with its own ROS 2 arguments.
@@ -156,6 +160,7 @@ impl Command {
             Self::Plot { json, .. } => *json,
             Self::New(options) => options.json,
             Self::Record(options) => options.json,
+            Self::Sweep(options) => options.json,
             Self::Play(options) => options.json,
             Self::Schema | Self::Node { .. } | Self::Completions { .. } | Self::Man { .. } => false,
         }
@@ -235,6 +240,7 @@ fn main() -> ExitCode {
             .map(|()| ExitCode::SUCCESS),
         Command::Report(options) => report::report(options),
         Command::Ensemble(command) => ensemble::ensemble(command),
+        Command::Sweep(options) => sweep::sweep(options),
         Command::Record(options) => return record::record(options),
         Command::Play(options) => play::play(options),
         Command::Node { node, arguments } => return node.run(arguments.clone()),

@@ -32,11 +32,7 @@ pub(crate) struct Loaded {
 impl SceneInput {
     /// Reads, changes and compiles the scene.
     pub(crate) fn load(&self) -> Result<Loaded, NodeError> {
-        let mut text = read_scene(&self.scene)?;
-        for (key, value) in &self.set {
-            text = set_key(&text, key, value)?;
-        }
-        let scene = parse_scene(&self.scene, &text).map_err(|error| self.with_changes(error))?;
+        let (text, scene) = self.compile(&[])?;
         if self.set.is_empty() {
             return Ok(Loaded {
                 scene,
@@ -54,22 +50,31 @@ impl SceneInput {
             _directory: Some(directory),
         })
     }
-}
 
-impl SceneInput {
-    /// Lines and values that an error names are those after the changes.
-    fn with_changes(&self, error: NodeError) -> NodeError {
-        match (error, self.set.as_slice()) {
-            (NodeError::Input(error), [_, ..]) => {
-                let set = self
-                    .set
-                    .iter()
-                    .map(|(key, value)| format!("--set {key}={value}"));
-                let set = set.collect::<Vec<_>>().join(" ");
-                NodeError::Input(format!("with {set}: {error}"))
-            }
-            (error, _) => error,
+    /// The scene with further changes.
+    pub(crate) fn with(&self, further: &[(String, String)]) -> Result<Scene, NodeError> {
+        Ok(self.compile(further)?.1)
+    }
+
+    fn compile(&self, further: &[(String, String)]) -> Result<(String, Scene), NodeError> {
+        let mut text = read_scene(&self.scene)?;
+        let changes = || self.set.iter().chain(further);
+        for (key, value) in changes() {
+            text = set_key(&text, key, value).map_err(NodeError::from)?;
         }
+        // Lines and values that an error names are those after the changes.
+        let scene = parse_scene(&self.scene, &text).map_err(|error| {
+            let set: Vec<_> = changes()
+                .map(|(key, value)| format!("{key}={value}"))
+                .collect();
+            match (NodeError::from(error), set.as_slice()) {
+                (NodeError::Input(error), [_, ..]) => {
+                    NodeError::Input(format!("with {}: {error}", set.join(" ")))
+                }
+                (error, _) => error,
+            }
+        })?;
+        Ok((text, scene))
     }
 }
 

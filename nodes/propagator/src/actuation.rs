@@ -4,7 +4,7 @@ use lgvi_msgs::msg::ControlSequence;
 use lgvi_scene::Scene;
 use thiserror::Error;
 
-use crate::effort::Actuators;
+use crate::target::Actuators;
 
 /// The efforts of the wheels or thrusters of a body, in the scene's units.
 #[derive(Clone, Debug, PartialEq)]

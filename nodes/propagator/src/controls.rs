@@ -8,8 +8,8 @@ use thiserror::Error;
 
 use crate::actuation::{Actuation, ActuationError};
 use crate::axes::Axes;
-use crate::command::Target;
 use crate::law::{Law, LawError};
+use crate::target::Target;
 
 /// Steps that an interval may last: whole numbers up to here are exact.
 const MOST_STEPS: f64 = 9_007_199_254_740_992.0;

@@ -8,8 +8,8 @@ use lgvi_dynamics::{
 use lgvi_scene::{ActuatorErrors, Energies, MAX_THRUSTERS, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
-use crate::command::Target;
-use crate::effort::Actuators;
+use crate::target::Actuators;
+use crate::target::Target;
 use crate::{ControlError, Controls, SetStates};
 
 /// The most sequences that are kept for one body.
@@ -64,10 +64,15 @@ pub enum SetStatesError {
 impl Flight {
     /// At step 0 of `scene`.
     pub fn new(scene: &Scene) -> Result<Self, SchemeError> {
-        let bodies = scene.bodies.len();
         let scheme = scene.scheme()?;
-        Ok(Self {
-            simulation: scene.simulation(scheme)?,
+        Ok(Self::of(scene, scheme, scene.simulation(scheme)?))
+    }
+
+    /// At the present step of a simulation of `scene` by this scheme, such as one under other gravity.
+    pub fn of(scene: &Scene, scheme: Scheme, simulation: Simulation) -> Self {
+        let bodies = scene.bodies.len();
+        Self {
+            simulation,
             scheme,
             whole: scene.subdivides(scheme).then_some(scheme.substeps),
             // So that accepting a sequence on the way allocates nothing.
@@ -82,7 +87,7 @@ impl Flight {
                 .map(|(actuators, body)| (actuators, body, actuators.of(scene, body).len()))
                 .filter(|(.., count)| *count > 0)
                 .collect(),
-        })
+        }
     }
 
     /// How often an interaction has been taken up in more or in less detail since the last reset.

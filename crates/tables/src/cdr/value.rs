@@ -32,6 +32,11 @@ impl<'a> Values<'a> {
         chunks.map(move |bytes| value(self.number, bytes, self.big_endian))
     }
 
+    /// Returns the type of the numbers.
+    pub fn number(self) -> Number {
+        self.number
+    }
+
     /// Returns the bytes of the numbers if they are of type `uint8`.
     pub fn octets(self) -> Option<&'a [u8]> {
         (self.number == Number::Uint8).then_some(self.bytes)

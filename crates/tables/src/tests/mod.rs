@@ -3,6 +3,7 @@
 mod bags;
 mod columns;
 mod hostile;
+mod memory;
 mod random;
 mod typed;
 mod wide;

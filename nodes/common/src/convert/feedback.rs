@@ -112,7 +112,7 @@ pub(super) fn reference(name: &str, state: &BodyState, units: &Units) -> msg::Bo
 }
 
 /// The numbers of a gain's message, by rows.
-pub(super) fn gain_si(gain: &Gain, units: &Units) -> [f64; GAIN] {
+pub fn gain_si(gain: &Gain, units: &Units) -> [f64; GAIN] {
     let gain = gain.component_mul(&gain_units(units)).transpose();
     std::array::from_fn(|index| gain[index])
 }

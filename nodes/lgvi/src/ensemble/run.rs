@@ -102,7 +102,7 @@ struct Law(NominalPlan);
 
 impl Commands for Law {
     fn steps(&self) -> u64 {
-        self.0.steps()
+        self.0.arrival()
     }
 
     fn at(&self, step: u64, state: &BodyState) -> Load {
@@ -188,7 +188,7 @@ fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
     if scene.maneuver.is_none() {
         return Ok(Guidance::None);
     }
-    let plan = lgvi_planner::plan(scene, &|| !shutdown.requested());
+    let plan = lgvi_planner::plan(scene, &mut |_| !shutdown.requested());
     let plan = plan.map_err(|error| {
         let why = format!("no plan for the maneuver: {error}");
         if shutdown.requested() {

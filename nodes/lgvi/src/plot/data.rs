@@ -15,7 +15,7 @@ use super::thin::Thinned;
 use super::thrusters::{Firing, ThrusterRecord};
 use super::wheels::{Wheel, WheelRecord};
 use crate::bars;
-use crate::flight_bag::FlightBag;
+use lgvi_review::FlightBag;
 
 /// States that are kept at most; a longer flight is thinned out evenly.
 const SAMPLES: usize = 1 << 16;
@@ -108,7 +108,8 @@ impl FlightData {
     pub(crate) fn read(path: &Path, flight: Option<&str>) -> Result<Self, NodeError> {
         let bag = FlightBag::open(path, flight)?;
         let scene = bag.scene.clone();
-        let refuse = |error: String| bag.refuse(&format!("{}: {error}", bag.state_topic()));
+        let refuse =
+            |error: String| NodeError::from(bag.refuse(&format!("{}: {error}", bag.state_topic())));
         let courses = bag.courses()?;
         let course = courses.last().ok_or_else(|| refuse("no states".into()))?;
         let mut system = scene.system();

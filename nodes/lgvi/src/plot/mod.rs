@@ -18,6 +18,7 @@ mod marks;
 mod motion;
 mod orbit;
 mod page;
+pub(crate) mod panels;
 mod pointing;
 mod polhode;
 mod proximity;

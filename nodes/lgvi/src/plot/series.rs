@@ -19,24 +19,24 @@ const BUCKETS: usize = 500;
 pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// Curves over the same time with the same unit.
-pub(super) struct Panel {
-    pub(super) title: String,
+pub(crate) struct Panel {
+    pub(crate) title: String,
     /// SI, or degrees; empty where there is none.
-    pub(super) unit: &'static str,
-    pub(super) curves: Vec<Curve>,
+    pub(crate) unit: &'static str,
+    pub(crate) curves: Vec<Curve>,
     /// Values that must not be passed.
     pub(super) limits: Vec<f64>,
 }
 
 /// A curve: time (s) and value.
-pub(super) struct Curve {
-    pub(super) label: String,
-    pub(super) color: RGBColor,
-    pub(super) points: Vec<[f64; 2]>,
+pub(crate) struct Curve {
+    pub(crate) label: String,
+    pub(crate) color: RGBColor,
+    pub(crate) points: Vec<[f64; 2]>,
 }
 
 impl Panel {
-    pub(super) fn new(title: impl Into<String>, unit: &'static str, curves: Vec<Curve>) -> Self {
+    pub(crate) fn new(title: impl Into<String>, unit: &'static str, curves: Vec<Curve>) -> Self {
         Self {
             title: title.into(),
             unit,

@@ -11,7 +11,7 @@ use lgvi_scene::Scene;
 use super::data::FlightData;
 use super::series::{Curve, Panel, over_time};
 use super::style;
-use crate::flight_bag::FlightBag;
+use lgvi_review::FlightBag;
 
 /// Most thrusters that are drawn one by one.
 const MOST_CURVES: usize = 6;

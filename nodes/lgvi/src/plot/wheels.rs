@@ -10,7 +10,7 @@ use lgvi_scene::Scene;
 use super::data::FlightData;
 use super::series::{Curve, Panel, over_time};
 use super::style;
-use crate::flight_bag::FlightBag;
+use lgvi_review::FlightBag;
 
 /// Speed (rad/s) and torque (N m) of a wheel.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -18,6 +18,7 @@ use lgvi_scene::{FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
 use self::violated::Violated;
+#[cfg(feature = "node")]
 use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
@@ -64,6 +65,7 @@ pub(crate) enum Initial {
     /// This one.
     State(BodyState),
     /// That in which the flight will be.
+    #[cfg(feature = "node")]
     Forecast(Box<Forecast>),
 }
 
@@ -87,25 +89,25 @@ pub(crate) enum End {
 
 /// Where the solver is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Iteration {
+pub struct Iteration {
     /// Newton iterations so far.
-    pub(crate) iteration: u32,
+    pub iteration: u32,
     /// Trial points or trajectories so far.
-    pub(crate) trials: u32,
+    pub trials: u32,
     /// Accepted part of the last step.
-    pub(crate) step_length: f64,
+    pub step_length: f64,
     /// Norm of what the conditions are missed by, relative to the size of each quantity.
-    pub(crate) violation: f64,
+    pub violation: f64,
     /// How far it is from optimal; 0 where the method does not say.
-    pub(crate) stationarity: f64,
+    pub stationarity: f64,
     /// The objective.
-    pub(crate) cost: f64,
+    pub cost: f64,
     /// Condition number of the plan that it has led to; 0 where there is none, or the method does not say.
-    pub(crate) condition: f64,
+    pub condition: f64,
     /// Whether that plan is known to be a strict local minimum.
-    pub(crate) sufficient: bool,
+    pub sufficient: bool,
     /// What it is at.
-    pub(crate) phase: &'static str,
+    pub phase: &'static str,
 }
 
 impl Iteration {
@@ -125,7 +127,7 @@ impl Iteration {
 
 /// Why there is no plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Reason {
+pub enum Reason {
     /// No plan meets the inequalities, as far as is known.
     Infeasible,
     /// The iterations are used up, or none makes progress.
@@ -178,6 +180,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     };
     let initial = match &task.initial {
         Initial::State(state) => *state,
+        #[cfg(feature = "node")]
         Initial::Forecast(forecast) => forecast
             .state(scene, maneuver.body, task.first_step)
             .map_err(|error| Unsolved::new(Reason::Refused, error))?,

@@ -1,0 +1,49 @@
+//! The scenes that are shipped.
+
+macro_rules! shipped {
+    ($name:literal) => {
+        (
+            $name,
+            include_str!(concat!("../../../../scenes/", $name, ".toml")),
+        )
+    };
+}
+/// Names and texts of the shipped scenes.
+pub const SCENES: [(&str, &str); 18] = [
+    shipped!("asteroid_orbiter"),
+    shipped!("binary_asteroid"),
+    shipped!("dispersed_capture"),
+    shipped!("docking"),
+    shipped!("docking_corridor"),
+    shipped!("free_body"),
+    shipped!("inclination_change"),
+    shipped!("inclination_replan"),
+    shipped!("low_orbit_approach"),
+    shipped!("oblate_orbit"),
+    shipped!("orbital_capture"),
+    shipped!("pendulum"),
+    shipped!("relative_orbit"),
+    shipped!("rocks"),
+    shipped!("slew_keep_out"),
+    shipped!("tumbling_target"),
+    shipped!("two_dumbbells"),
+    shipped!("wheel_slew"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shipped_scene_is_there() {
+        let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes");
+        let files = std::fs::read_dir(folder).unwrap();
+        let paths = files.map(|file| file.unwrap().path());
+        let scenes = paths.filter(|path| path.extension().is_some_and(|end| end == "toml"));
+        let mut names: Vec<_> = scenes
+            .map(|path| path.file_stem().unwrap().to_owned())
+            .collect();
+        names.sort();
+        assert_eq!(names, SCENES.map(|(name, _)| name));
+    }
+}

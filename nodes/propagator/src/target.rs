@@ -1,0 +1,94 @@
+//! What controls act on.
+
+use lgvi_scene::Scene;
+
+/// What a sequence or a command acts on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Target {
+    /// The body of an index.
+    Body(usize),
+    /// The wheels or the thrusters of a body.
+    Actuators(Actuators, usize),
+}
+
+impl Target {
+    /// The number of targets of so many bodies, more than any index.
+    pub(crate) fn count(bodies: usize) -> usize {
+        3 * bodies
+    }
+
+    /// All targets of so many bodies have different indices.
+    pub(crate) fn index(self, bodies: usize) -> usize {
+        match self {
+            Self::Body(body) => body,
+            Self::Actuators(Actuators::Wheels, body) => bodies + body,
+            Self::Actuators(Actuators::Thrusters, body) => 2 * bodies + body,
+        }
+    }
+
+    /// What the log calls a command for it.
+    pub(crate) fn describe(self, scene: &Scene) -> String {
+        match self {
+            Self::Body(body) => format!("wrench on {}", scene.bodies[body].name),
+            Self::Actuators(actuators, body) => {
+                format!(
+                    "command for the {} of {}",
+                    actuators.name(),
+                    scene.bodies[body].name
+                )
+            }
+        }
+    }
+}
+
+/// The actuators of a body that are commanded together.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Actuators {
+    /// Its reaction wheels, by torques.
+    Wheels,
+    /// Its thrusters, by forces.
+    Thrusters,
+}
+
+impl Actuators {
+    /// Their names, in the scene's order.
+    pub(crate) fn of(self, scene: &Scene, body: usize) -> &[String] {
+        let named = &scene.bodies[body];
+        match self {
+            Self::Wheels => &named.wheels,
+            Self::Thrusters => &named.thrusters,
+        }
+    }
+
+    /// The unit of their efforts in SI.
+    pub(crate) fn unit(self, scene: &Scene) -> f64 {
+        match self {
+            Self::Wheels => scene.units.energy(),
+            Self::Thrusters => scene.units.force(),
+        }
+    }
+
+    /// The field of a control sequence that commands them.
+    pub(crate) fn field(self) -> &'static str {
+        match self {
+            Self::Wheels => "wheel_torque",
+            Self::Thrusters => "thrust",
+        }
+    }
+
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Wheels => "wheels",
+            Self::Thrusters => "thrusters",
+        }
+    }
+
+    /// The topic on which a body's are commanded.
+    pub(crate) fn topic(self, scene: &Scene, body: usize) -> String {
+        let name = &scene.bodies[body].name;
+        match self {
+            Self::Wheels => format!("~/wheel_torque/{name}"),
+            Self::Thrusters => format!("~/thrust/{name}"),
+        }
+    }
+}

@@ -1,0 +1,284 @@
+//! Plans of maneuvers.
+
+use std::sync::Arc;
+
+use lgvi_control::Certificate;
+use lgvi_msgs::msg::ControlSequence;
+use lgvi_planner::{Iteration, NominalPlan, plan, plan_rest};
+use lgvi_scene::Scene;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+
+use crate::arrays::{Array, States, array, forces};
+use crate::error;
+use crate::state::State;
+use crate::watch::Watch;
+
+/// A plan of a scene's maneuver: controls of each step, the states that belong to them, and gains of feedback.
+///
+/// Made by `Scene.plan`; `Scene.fly(controls=plan)` flies it. It has n steps.
+#[pyclass(frozen, module = "lgvi")]
+pub(crate) struct Plan {
+    scene: Arc<Scene>,
+    plan: NominalPlan,
+    iterations: u32,
+}
+
+impl Plan {
+    /// Plans the whole maneuver, or the rest of it from a state on.
+    pub(crate) fn make(
+        py: Python<'_>,
+        scene: &Arc<Scene>,
+        from: Option<&State>,
+        warm: Option<&Self>,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Self> {
+        let mut watch = Watch::new(progress);
+        let mut iterations = 0;
+        let begin = from.map(|state| begin(scene, state)).transpose()?;
+        if warm.is_some_and(|plan| !plan.fits(scene)) {
+            let message =
+                "`warm` is a plan in other units, steps or for another body than the scene's";
+            return Err(PyValueError::new_err(message));
+        }
+        let warm = warm.map(|plan| &plan.plan);
+        let made = py.detach(|| {
+            let mut go_on = |now: &Iteration| {
+                iterations = now.iteration;
+                watch.go_on(0.0)
+            };
+            match begin {
+                None => plan(scene, &mut go_on),
+                Some(begin) => plan_rest(scene, begin, warm, &mut go_on),
+            }
+        });
+        if let Some(error) = watch.interrupted() {
+            return Err(error);
+        }
+        let plan = made.map_err(|error| error::plan(py, &error))?;
+        watch.end(py)?;
+        Ok(Self {
+            scene: Arc::clone(scene),
+            plan,
+            iterations,
+        })
+    }
+
+    /// Its control sequence.
+    pub(crate) fn message(&self) -> PyResult<ControlSequence> {
+        let message = self.plan.message(&self.scene);
+        message.map_err(|error| PyValueError::new_err(error.to_string()))
+    }
+
+    pub(crate) fn nominal(&self) -> &NominalPlan {
+        &self.plan
+    }
+
+    /// Whether it is made for the units, the steps and the body of a scene.
+    pub(crate) fn fits(&self, scene: &Scene) -> bool {
+        let of = |scene: &Scene| {
+            let maneuver = scene.maneuver.as_ref();
+            let body = maneuver.and_then(|maneuver| scene.bodies.get(maneuver.body));
+            (scene.units, scene.h(), body.map(|body| body.name.clone()))
+        };
+        of(&self.scene) == of(scene)
+    }
+
+    fn states(&self) -> States<'_> {
+        States {
+            scene: &self.scene,
+            states: &self.plan.solution().states,
+        }
+    }
+
+    fn body(&self) -> usize {
+        let maneuver = self.scene.maneuver.as_ref();
+        maneuver.map_or(0, |maneuver| maneuver.body)
+    }
+}
+
+/// The step of a state, and the state of the maneuver's body there.
+fn begin(scene: &Scene, state: &State) -> PyResult<(u64, lgvi_dynamics::BodyState)> {
+    let refuse = |reason: &str| PyValueError::new_err(reason.to_owned());
+    let maneuver = scene.maneuver.as_ref();
+    let maneuver = maneuver.ok_or_else(|| refuse("the scene has no maneuver"))?;
+    let step = state.step.ok_or_else(|| {
+        refuse("`state` is between two steps, expected one at a whole number of steps")
+    })?;
+    let body = state.states.get(maneuver.body).filter(|_| {
+        let names = |scene: &Scene| -> Vec<String> {
+            scene.bodies.iter().map(|body| body.name.clone()).collect()
+        };
+        names(&state.scene) == names(scene) && state.scene.units == scene.units
+    });
+    let body = body.ok_or_else(|| refuse("`state` is of another scene, expected one of this"))?;
+    Ok((step, *body))
+}
+
+#[pymethods]
+impl Plan {
+    /// Name of the controlled body.
+    #[getter(body)]
+    fn name(&self) -> &str {
+        &self.scene.bodies[self.body()].name
+    }
+
+    /// The step of the run at which it begins.
+    #[getter]
+    fn first_step(&self) -> u64 {
+        self.plan.first_step()
+    }
+
+    /// The step of the run at which it arrives.
+    #[getter]
+    fn last_step(&self) -> u64 {
+        self.plan.arrival()
+    }
+
+    /// Times of the states (s), shape (n + 1,).
+    #[getter]
+    fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let steps = self.plan.first_step()..=self.plan.arrival();
+        let times: Vec<_> = steps.map(|step| self.scene.seconds(step)).collect();
+        array(py, &[times.len()], times)
+    }
+
+    /// Forces (N), inertial frame, each held over a step, shape (n, 3).
+    #[getter]
+    fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let controls = &self.plan.solution().controls;
+        let [force, _] = forces(&self.scene, controls);
+        array(py, &[controls.len(), 3], force)
+    }
+
+    /// Moments (N m), body frame, each held over a step, shape (n, 3).
+    #[getter]
+    fn moment_n_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let controls = &self.plan.solution().controls;
+        let [_, moment] = forces(&self.scene, controls);
+        array(py, &[controls.len(), 3], moment)
+    }
+
+    /// Planned centers of mass (m), inertial frame, shape (n + 1, 3).
+    #[getter]
+    fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        array(
+            py,
+            &[self.states().states.len(), 3],
+            self.states().positions(),
+        )
+    }
+
+    /// Planned velocities (m/s), inertial frame, shape (n + 1, 3).
+    #[getter]
+    fn velocity_m_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let states = &self.plan.solution().states;
+        let body = &self.scene.bodies[self.body()].body;
+        let unit = self.scene.units.length / self.scene.units.time;
+        let each = states.iter().flat_map(|state| {
+            let velocity: [f64; 3] = (state.velocity(body) * unit).into();
+            velocity
+        });
+        array(py, &[states.len(), 3], each.collect())
+    }
+
+    /// Planned attitudes as quaternions x, y, z, w from the body frame to the inertial one, shape (n + 1, 4).
+    #[getter]
+    fn attitude_xyzw<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        array(
+            py,
+            &[self.states().states.len(), 4],
+            self.states().quaternions(),
+        )
+    }
+
+    /// Planned angular velocities (rad/s), body frame, shape (n + 1, 3).
+    #[getter]
+    fn angular_velocity_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let states = &self.plan.solution().states;
+        let body = &self.scene.bodies[self.body()].body;
+        let each = states.iter().flat_map(|state| {
+            let rate: [f64; 3] = (state.angular_velocity(body) / self.scene.units.time).into();
+            rate
+        });
+        array(py, &[states.len(), 3], each.collect())
+    }
+
+    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none.
+    ///
+    /// Rows are force (N, inertial frame) and moment (N m, body frame). Columns are the deviations of position (m), linear
+    /// momentum (kg m/s), attitude log(R*ᵀR) (rad, body frame) and angular momentum (kg m²/s, body frame).
+    #[getter]
+    fn gain<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let gains = &self.plan.solution().feedback;
+        let numbers = gains
+            .iter()
+            .flat_map(|gain| lgvi_common::gain_si(gain, &self.scene.units));
+        array(py, &[gains.len(), 6, 12], numbers.collect())
+    }
+
+    /// Whether it is flown with its feedback, as the scene says.
+    #[getter]
+    fn feedback(&self) -> bool {
+        self.plan.has_feedback()
+    }
+
+    /// The objective, in the scene's units.
+    #[getter]
+    fn cost(&self) -> f64 {
+        self.plan.solution().cost
+    }
+
+    /// Iterations of the solver.
+    #[getter]
+    fn iterations(&self) -> u32 {
+        self.iterations
+    }
+
+    /// What is to be said of the plan: which of several it is, or that it may be no minimum. Empty if there is nothing.
+    #[getter]
+    fn remark(&self) -> &str {
+        self.plan.remark()
+    }
+
+    /// Errors of the optimality conditions, which anyone can check: a dict.
+    ///
+    /// `stationarity`, `defect` (of the dynamics), `terminal` (miss of the target), `inequality`, `complementarity`: relative
+    /// to the size of each quantity. `condition`: condition number of the map from initial multipliers to the terminal
+    /// conditions. `sufficient`: whether the plan is known to be a strict local minimum.
+    #[getter]
+    fn certificate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let Certificate {
+            stationarity,
+            defect,
+            terminal,
+            inequality,
+            complementarity,
+            condition,
+            sufficient,
+        } = self.plan.solution().certificate;
+        let dict = PyDict::new(py);
+        for (name, number) in [
+            ("stationarity", stationarity),
+            ("defect", defect),
+            ("terminal", terminal),
+            ("inequality", inequality),
+            ("complementarity", complementarity),
+            ("condition", condition),
+        ] {
+            dict.set_item(name, number)?;
+        }
+        dict.set_item("sufficient", sufficient)?;
+        Ok(dict)
+    }
+
+    fn __len__(&self) -> usize {
+        self.plan.solution().controls.len()
+    }
+
+    fn __repr__(&self) -> String {
+        let (first, last, cost) = (self.first_step(), self.last_step(), self.cost());
+        format!("Plan(first_step={first}, last_step={last}, cost={cost})")
+    }
+}

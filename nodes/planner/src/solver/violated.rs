@@ -82,7 +82,7 @@ mod tests {
     fn refused(scene: &str, from: &str, to: &str) -> String {
         assert!(scene.contains(from));
         let scene = Scene::parse("test", &scene.replace(from, to)).unwrap();
-        crate::plan(&scene, &|| true).unwrap_err()
+        crate::plan(&scene, &mut |_| true).unwrap_err().to_string()
     }
 
     #[test]

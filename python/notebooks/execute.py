@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 import nbformat
+from jupyter_client import KernelManager
 from nbclient import NotebookClient
 
 
@@ -17,7 +18,11 @@ def main() -> None:
         notebook = nbformat.read(name, as_version=4)
         if any(cell.get("outputs") for cell in notebook.cells):
             raise SystemExit(f"{name.name} has outputs, expected none: `jupyter nbconvert --clear-output --inplace` clears them")
-        NotebookClient(notebook, timeout=120, kernel_name="python3").execute()
+        manager = KernelManager(kernel_name="python3", transport="ipc")
+        try:
+            NotebookClient(notebook, timeout=120, km=manager).execute()
+        finally:
+            manager.shutdown_kernel(now=True)
         print(f"{name.name}: {len(notebook.cells)} cells")
 
 

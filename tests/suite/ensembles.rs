@@ -228,7 +228,11 @@ fn a_second_signal_ends_at_once() {
 fn sensors_and_wheels_that_nobody_uses_are_told_of() {
     let world = World::new();
     let dispersed = "[ensemble]\nsamples = 2\nseed = 1\n\n[[ensemble.bodies]]\nbody = \"satellite\"\nattitude = 0.1\n\n[publish]";
-    let changes = [("steps = 6000", "steps = 60"), ("[publish]", dispersed)];
+    let changes = [
+        ("duration = 120.0", "duration = 1.2"),
+        ("steps = 6000", "steps = 60"),
+        ("[publish]", dispersed),
+    ];
     let scene = edited(&world, "wheel_slew", &changes);
     let flown = start(&world, &scene, &world.path("run"), &[])
         .finish()

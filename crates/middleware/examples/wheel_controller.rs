@@ -9,6 +9,7 @@
 //! `-- --ros-args -p shared_memory:=true` it reads the states in shared memory and answers there, which is faster.
 
 use std::f64::consts::FRAC_1_SQRT_2;
+use std::hint;
 use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -46,7 +47,10 @@ const DAMPING: f64 = 0.5;
 const PERIOD: f64 = 0.02;
 
 /// How long the next state is looked for without a pause.
-const PROMPT: Duration = Duration::from_millis(1);
+const PROMPT: Duration = Duration::from_micros(50);
+
+/// How long it pauses after that.
+const PAUSE: Duration = Duration::from_micros(20);
 
 const PROPAGATOR: &str = "/lgvi_propagator";
 
@@ -105,9 +109,9 @@ impl Managed for WheelController {
                         }
                         last = Instant::now();
                     } else if last.elapsed() < PROMPT {
-                        thread::yield_now();
+                        hint::spin_loop();
                     } else {
-                        thread::sleep(PROMPT / 20);
+                        thread::sleep(PAUSE);
                     }
                 }
             }

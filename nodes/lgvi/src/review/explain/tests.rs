@@ -5,11 +5,7 @@ use lgvi_common::{WarningCode, load_scene};
 use super::*;
 
 /// Explains a scene, with the choice of an automatic integrator.
-<<<<<<< HEAD
-fn explanation_of(scene: &Scene) -> Explanation {
-=======
 fn of(scene: &Scene) -> Explanation {
->>>>>>> refs/heads/python
     let choice = scene.undecided().map(|tolerance| {
         let choice = scene.choice(tolerance, &mut |_| ControlFlow::Continue(()));
         choice.unwrap()
@@ -41,11 +37,7 @@ const TEXT: &str = r#"
 fn explained(line: &str, instead: &str) -> Explanation {
     assert!(TEXT.contains(line), "{line}");
     let scene = Scene::parse("test", &TEXT.replace(line, instead)).unwrap();
-<<<<<<< HEAD
-    explanation_of(&scene)
-=======
     of(&scene)
->>>>>>> refs/heads/python
 }
 
 #[test]
@@ -185,20 +177,12 @@ fn turns_that_are_too_far_are_warned_of() {
         .replace("[0, 0, 5]", "[0, 0, 100]")
         .replace("\"lgvi\"", "{ name = \"nystrom\", order = 4 }");
     let scene = Scene::parse("test", &exact).unwrap();
-<<<<<<< HEAD
-    assert!(explanation_of(&scene).warnings.is_empty());
-=======
     assert!(of(&scene).warnings.is_empty());
->>>>>>> refs/heads/python
     let substeps = TEXT
         .replace("[0, 0, 5]", "[0, 0, 20]")
         .replace("\"lgvi\"", "\"lgvi\"\n    substeps = 4");
     let scene = Scene::parse("test", &substeps).unwrap();
-<<<<<<< HEAD
-    let explanation = explanation_of(&scene);
-=======
     let explanation = of(&scene);
->>>>>>> refs/heads/python
     assert_eq!(explanation.integrator.step_size, 0.01);
     assert!(
         explanation.warnings.is_empty(),
@@ -213,11 +197,7 @@ fn a_plan_that_is_flown_otherwise_is_warned_of() {
     let planned = |integrator: &str| {
         let text = TEXT.replace("angular_velocity = [0, 0, 5]\n", maneuver);
         let scene = Scene::parse("test", &text.replace("\"lgvi\"", integrator)).unwrap();
-<<<<<<< HEAD
-        explanation_of(&scene)
-=======
         of(&scene)
->>>>>>> refs/heads/python
     };
     let otherwise = planned("\"runge_kutta4\"");
     assert_eq!(otherwise.maneuver.as_ref().unwrap().body, "top");
@@ -312,11 +292,7 @@ fn far_pairs_are_told_of_with_their_bounds() {
             "gm = 8.0\n    [gravity.mutual]\n    constant = 1e-9",
         );
     let scene = Scene::parse("test", &text).unwrap();
-<<<<<<< HEAD
-    let explanation = explanation_of(&scene);
-=======
     let explanation = of(&scene);
->>>>>>> refs/heads/python
     let json = serde_json::to_value(&explanation.skips).unwrap();
     let pair = &json["interactions"][2];
     assert_eq!(pair["computed"], "dropped", "{json}");
@@ -345,20 +321,12 @@ fn shipped_scenes_are_not_warned_of_and_steps_that_are_too_few_are() {
             continue;
         }
         let scene = load_scene(&path).unwrap();
-<<<<<<< HEAD
-        let warnings = explanation_of(&scene).warnings;
-=======
         let warnings = of(&scene).warnings;
->>>>>>> refs/heads/python
         assert!(warnings.is_empty(), "{path:?}: {warnings:?}");
         explained += 1;
         if scene.name == "oblate_orbit" {
             let few = scene.text.replace("steps = 8640", "steps = 10");
-<<<<<<< HEAD
-            let few = explanation_of(&Scene::parse("few", &few).unwrap());
-=======
             let few = of(&Scene::parse("few", &few).unwrap());
->>>>>>> refs/heads/python
             let codes: Vec<_> = few.warnings.iter().map(|warning| warning.code).collect();
             assert_eq!(codes, [WarningCode::LongStep, WarningCode::ChangedEnergy]);
         }

@@ -70,7 +70,7 @@ impl Commanding {
         if cycle.is_silent() {
             std::thread::sleep(WAIT);
         } else if cycle.is_in_memory() && cycle.is_prompt() {
-            std::thread::yield_now();
+            std::hint::spin_loop();
         } else {
             std::thread::sleep(ANSWER);
         }
@@ -157,7 +157,7 @@ impl Propagator {
         while self.link.has_room()
             && let Some(answer) = answers.next(&self.scene, step)?
         {
-            if cycle.awaits(step, answer.target) {
+            if step < self.scene.steps && cycle.awaits(step, answer.target) {
                 self.flight
                     .accept(answer.controls)
                     .map_err(NodeError::runtime)?;

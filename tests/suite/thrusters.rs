@@ -172,7 +172,7 @@ fn thrust_ends_after_its_time_and_wrong_ones_are_refused() {
     flight.flight.finish().expect(0);
     let bag = world.path("bag");
     world.verify_agrees(&bag, STEPS + 1);
-    // 0.1 N for the second that a command acts for, less the delay: the valve shuts later, too.
+    // 0.1 N for the second that a command acts for: it begins and ends later by the delay.
     let states = Recording::read(&bag).messages::<JointState>(THRUSTERS);
     let last = states.last().unwrap();
     assert!((last.position[1] - 0.1).abs() < 1e-9, "{last:?}");

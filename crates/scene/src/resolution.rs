@@ -72,12 +72,12 @@ impl Energies {
 }
 
 impl Scene {
-    /// Computes the rates of the scene's bodies in `states`.
-    pub fn rates(&self, states: &[BodyState]) -> Rates {
+    /// Computes the rates of the scene's bodies, which `system` has as they are now, in `states`.
+    pub fn rates(&self, system: &System, states: &[BodyState]) -> Rates {
         let mut squared: f64 = 0.0;
         let mut turn: f64 = 0.0;
-        for (index, (named, state)) in self.bodies.iter().zip(states).enumerate() {
-            let body = &named.body;
+        let bodies = system.bodies();
+        for (index, (body, state)) in bodies.iter().zip(states).enumerate() {
             if body.mobility().is_given() {
                 continue;
             }
@@ -91,9 +91,9 @@ impl Scene {
             let Some(constant) = self.gravity.mutual else {
                 continue;
             };
-            for (other_index, (other, at)) in self.bodies.iter().zip(states).enumerate() {
+            for (other_index, (other, at)) in bodies.iter().zip(states).enumerate() {
                 if other_index != index {
-                    let gm = constant * (body.mass() + other.body.mass());
+                    let gm = constant * (body.mass() + other.mass());
                     squared = squared.max(kepler(gm, &(state.position - at.position)));
                 }
             }

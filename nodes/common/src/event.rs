@@ -163,7 +163,7 @@ pub struct FlightReport {
     pub docked: Vec<Docked>,
 }
 
-/// What was missing of the commands for a body, or for its wheels.
+/// What was missing of the commands for a body, its wheels or its thrusters.
 #[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
 pub struct CommandTimeouts {
     /// What kind of command, and for which body.

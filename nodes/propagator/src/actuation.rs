@@ -21,7 +21,7 @@ pub struct Actuation {
 pub enum ActuationError {
     /// It commands more than one thing.
     #[error(
-        "`{field}` has {found} numbers beside `{other}`, expected one of `force`, `wheel_torque` and `thrust`"
+        "`{field}` has length {found} beside `{other}`, expected only one of `force`, `wheel_torque` and `thrust`"
     )]
     Both {
         /// Name of the field.
@@ -33,7 +33,7 @@ pub enum ActuationError {
     },
     /// The numbers do not fit the body's actuators.
     #[error(
-        "`{field}` has {found} numbers, expected in each interval one for each of the {count} {kind} of {body:?}"
+        "`{field}` has length {found}, expected in each interval one for each of the {count} {kind} of {body:?}"
     )]
     Count {
         /// Name of the field.
@@ -77,6 +77,7 @@ impl Actuation {
         let forces = !(message.force.is_empty() && message.moment.is_empty());
         for (other, is_given) in [
             ("force", forces),
+            ("reference", !message.reference.is_empty()),
             ("feedback", !message.feedback.is_empty()),
             ("thrust", field != "thrust" && !thrusters.1.is_empty()),
         ] {
@@ -191,9 +192,9 @@ mod tests {
         assert_eq!(controls.end(), 7);
         let during = |step| controls.efforts_during(step);
         assert_eq!(during(2), None);
-        assert_eq!(during(4), Some((&[1.0, 2.0][..], 1)));
-        assert_eq!(during(5), Some((&[3.0, 4.0][..], 0)));
-        assert_eq!(during(7), Some((&[][..], 0)));
+        assert_eq!(during(4), Some(&[1.0, 2.0][..]));
+        assert_eq!(during(5), Some(&[3.0, 4.0][..]));
+        assert_eq!(during(7), Some(&[][..]));
     }
 
     #[test]
@@ -206,7 +207,7 @@ mod tests {
         };
         assert_eq!(
             refused(|m| m.thrust.truncate(1)),
-            "`thrust` has 1 numbers, expected in each interval one for each of the 2 thrusters of \"ball\""
+            "`thrust` has length 1, expected in each interval one for each of the 2 thrusters of \"ball\""
         );
         assert_eq!(
             refused(|m| m.thrust[1] = f64::INFINITY),
@@ -214,11 +215,11 @@ mod tests {
         );
         assert_eq!(
             refused(|m| m.wheel_torque.push(1.0)),
-            "`wheel_torque` has 1 numbers beside `thrust`, expected only one of `force`, `wheel_torque` and `thrust`"
+            "`wheel_torque` has length 1 beside `thrust`, expected only one of `force`, `wheel_torque` and `thrust`"
         );
         assert_eq!(
             refused(|m| m.feedback.push(1.0)),
-            "`thrust` has 2 numbers beside `feedback`, expected only one of `force`, `wheel_torque` and `thrust`"
+            "`thrust` has length 2 beside `feedback`, expected only one of `force`, `wheel_torque` and `thrust`"
         );
         assert_eq!(
             refused(|m| m.thrust.clear()),

@@ -81,14 +81,16 @@ pub enum ControlError {
     },
     /// A feedback law whose intervals are not steps, or whose forces turn with the body.
     #[error(
-        "`feedback` is given with `step_size` {found} s and `header.frame_id` {frame:?}, expected the scene's step {expected} s \
-         and its inertial frame"
+        "`feedback` is given with `step_size` {found} s, `header.frame_id` {frame:?} and `moment_in_frame` {moment_in_frame}, \
+         expected the scene's step {expected} s, its inertial frame, and false"
     )]
     HeldFeedback {
         /// The length of an interval of the sequence (s).
         found: f64,
         /// The frame of the sequence.
         frame: String,
+        /// Whether its moments are in that frame.
+        moment_in_frame: bool,
         /// The scene's step (s).
         expected: f64,
     },
@@ -175,6 +177,7 @@ impl Controls {
             return Err(ControlError::HeldFeedback {
                 found,
                 frame: excerpt(&message.header.frame_id),
+                moment_in_frame: message.moment_in_frame,
                 expected,
             });
         }
@@ -211,15 +214,11 @@ impl Controls {
         self.first_step.saturating_add(length)
     }
 
-    /// The efforts of the actuators during `step`, and the steps for which they have acted; `None` before the first interval,
-    /// empty after the last.
-    pub(crate) fn efforts_during(&self, step: u64) -> Option<(&[f64], u64)> {
+    /// The efforts of the actuators during `step`; `None` before the first interval, empty after the last.
+    pub(crate) fn efforts_during(&self, step: u64) -> Option<&[f64]> {
         let row = self.interval(step)?;
         let efforts = self.actuation.as_ref().map(|given| given.row(row));
-        Some((
-            efforts.unwrap_or_default(),
-            (step - self.first_step) % self.hold,
-        ))
+        Some(efforts.unwrap_or_default())
     }
 
     /// What the sequence acts on.

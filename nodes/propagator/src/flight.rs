@@ -325,11 +325,11 @@ fn command_actuators(
         let channel = Target::Actuators(actuators, body).index(bodies);
         let mut latest = accepted[channel].iter().rev();
         let given = latest.find_map(|controls| controls.efforts_during(step));
-        let given = given.filter(|(efforts, _)| !efforts.is_empty());
-        let (efforts, age) = given.unwrap_or((&NO_EFFORTS[..count], 0));
+        let given = given.filter(|efforts| !efforts.is_empty());
+        let efforts = given.unwrap_or(&NO_EFFORTS[..count]);
         match actuators {
             Actuators::Wheels => simulation.set_wheel_commands(body, efforts),
-            Actuators::Thrusters => simulation.set_thruster_commands(body, efforts, age),
+            Actuators::Thrusters => simulation.set_thruster_commands(body, efforts),
         }
     }
 }

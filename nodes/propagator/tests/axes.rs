@@ -138,7 +138,7 @@ fn moments_that_do_not_fit_and_unknown_frames_are_refused_with_what_is_expected(
     };
     assert_eq!(
         refused(|message| message.thrust.push(1.0)),
-        "`thrust` has 1 numbers beside `force`, expected only one of `force`, `wheel_torque` and `thrust`"
+        "`thrust` has length 1 beside `force`, expected only one of `force`, `wheel_torque` and `thrust`"
     );
     assert_eq!(
         refused(|message| message.moment[0].y = f64::NAN),

@@ -25,44 +25,43 @@ struct Activity {
 }
 
 /// A body at the beginning of a step.
+#[derive(Default)]
 struct Begun {
     linear_momentum: Vector3<f64>,
     angular_momentum: Vector3<f64>,
-    thrusters: Option<Condition>,
+    thrusters: Condition,
     firing: Firing,
 }
 
 impl Begun {
     /// Notes a body, and makes the first half of what its actuators do. Adds what they do to `activity`.
     fn begin(
+        &mut self,
         body: &mut RigidBody,
         state: &mut BodyState,
         h: f64,
         wheels: &mut Vec<WheelState>,
         activity: &mut Activity,
-    ) -> Self {
-        let mut begun = Self {
-            linear_momentum: state.linear_momentum,
-            angular_momentum: state.angular_momentum,
-            thrusters: body.thrusters().map(|thrusters| thrusters.condition()),
-            firing: Firing::default(),
-        };
-        if let Some(thrusters) = body.thrusters_mut() {
-            begun.firing = thrusters.begin_step(h);
-        }
-        if begun.firing.acts() {
-            activity.acts = true;
-            activity.flows |= begun.firing.flows();
-            body.begin_thrust(state, &begun.firing, 0.5 * h);
-        }
+    ) {
+        self.linear_momentum = state.linear_momentum;
+        self.angular_momentum = state.angular_momentum;
+        self.firing = Firing::default();
         let rate = state.angular_velocity(body);
+        if let Some(thrusters) = body.thrusters_mut() {
+            self.thrusters.clone_from(thrusters.condition());
+            self.firing = thrusters.begin_step(h);
+        }
+        if self.firing.acts() {
+            activity.acts = true;
+            activity.flows |= self.firing.flows();
+            body.begin_thrust(state, &self.firing, 0.5 * h);
+        }
         let inverse = *body.inertia().inverse();
         if let Some(own) = body.wheels_mut() {
             wheels.extend_from_slice(own.states());
             state.angular_momentum += own.begin_step(&rate, &inverse, h);
             activity.acts |= own.states().iter().any(|wheel| wheel.torque != 0.0);
         }
-        begun
     }
 
     /// Makes the second half.
@@ -80,11 +79,11 @@ impl Begun {
     }
 
     /// Undoes the first half.
-    fn undo(self, body: &mut RigidBody, state: &mut BodyState) {
+    fn undo(&self, body: &mut RigidBody, state: &mut BodyState) {
         state.linear_momentum = self.linear_momentum;
         state.angular_momentum = self.angular_momentum;
-        if let Some(thrusters) = self.thrusters {
-            body.restore_thrusters(thrusters);
+        if body.thrusters().is_some() {
+            body.restore_thrusters(&self.thrusters);
         }
     }
 }
@@ -97,11 +96,11 @@ impl Simulation {
         let h = self.h;
         let mut begin = self.actuation.take().unwrap_or_default();
         let last = std::mem::take(&mut begin.activity);
-        begin.bodies.clear();
         begin.wheels.clear();
-        for (body, state) in self.system.bodies_mut().iter_mut().zip(&mut self.states) {
-            let begun = Begun::begin(body, state, h, &mut begin.wheels, &mut begin.activity);
-            begin.bodies.push(begun);
+        begin.bodies.resize_with(self.states.len(), Begun::default);
+        let bodies = self.system.bodies_mut().iter_mut();
+        for ((body, state), begun) in bodies.zip(&mut self.states).zip(&mut begin.bodies) {
+            begun.begin(body, state, h, &mut begin.wheels, &mut begin.activity);
         }
         let acts = last.acts || begin.activity.acts;
         let flows = last.flows || begin.activity.flows;
@@ -115,7 +114,7 @@ impl Simulation {
         }
         let made = self.advance_once(controls);
         let bodies = self.system.bodies_mut().iter_mut();
-        let each = bodies.zip(&mut self.states).zip(begin.bodies.drain(..));
+        let each = bodies.zip(&mut self.states).zip(&begin.bodies);
         for ((body, state), begun) in each {
             match made {
                 Ok(_) => begun.end(body, state, h),
@@ -135,6 +134,7 @@ impl Simulation {
     /// Sets the states of wheels and thrusters.
     pub fn set_actuator_states(&mut self, states: &ActuatorStates) {
         self.system.set_actuator_states(states);
+        self.integrator.start(&mut self.system, &self.states);
     }
 
     /// Sets the torques that the motors of a body's wheels are asked for from the next step on, one per wheel. Without
@@ -145,11 +145,11 @@ impl Simulation {
         }
     }
 
-    /// Sets the mean forces that a body's thrusters are asked for from the next step on, one per thruster, for which they
-    /// have already acted in `age` steps. Without thrusters it does nothing.
-    pub fn set_thruster_commands(&mut self, body: usize, thrust: &[f64], age: u64) {
+    /// Sets the mean forces that a body's thrusters are asked for from the next step on, one per thruster. Without thrusters
+    /// it does nothing.
+    pub fn set_thruster_commands(&mut self, body: usize, thrust: &[f64]) {
         if let Some(thrusters) = self.system.bodies_mut()[body].thrusters_mut() {
-            thrusters.set_commands(thrust, age);
+            thrusters.set_commands(thrust);
         }
     }
 }

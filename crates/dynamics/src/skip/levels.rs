@@ -47,9 +47,7 @@ impl Levels {
         let costs = costs(bodies.len(), all.iter().map(|(_, one)| one));
         let terms: Vec<_> = all
             .into_iter()
-            .map(|(gravity, one)| {
-                Term::new(gravity, one, one.masses(bodies), skip, share(&one, &costs))
-            })
+            .map(|(gravity, one)| Term::new(gravity, one, skip, share(&one, &costs)))
             .collect();
         let sources = terms
             .iter()
@@ -279,7 +277,7 @@ impl Levels {
                     body,
                     other,
                     level: term.level,
-                    masses: term.masses,
+                    masses: term.interaction.masses(bodies),
                 });
             }
         }

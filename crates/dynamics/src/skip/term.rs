@@ -20,21 +20,13 @@ pub(crate) struct Term {
     /// Index of its gravity model.
     pub(super) gravity: usize,
     pub(super) interaction: Interaction,
-    /// The mass of the body for a source, or the product of both masses.
-    pub(super) masses: f64,
     /// Distances from which each level below the full one is sufficient, or infinity if it never is.
     pub(super) limits: [f64; 3],
     pub(super) level: Level,
 }
 
 impl Term {
-    pub(super) fn new(
-        gravity: usize,
-        interaction: Interaction,
-        masses: f64,
-        skip: Skip,
-        share: f64,
-    ) -> Self {
+    pub(super) fn new(gravity: usize, interaction: Interaction, skip: Skip, share: f64) -> Self {
         let limit = |level: Level| {
             if interaction.exact <= level {
                 return 0.0;
@@ -51,7 +43,6 @@ impl Term {
         Self {
             gravity,
             interaction,
-            masses,
             limits: BELOW.map(limit),
             level: Level::Full,
         }

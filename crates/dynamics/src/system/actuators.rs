@@ -71,8 +71,14 @@ impl System {
         }
     }
 
-    /// Takes the present masses of the bodies, where gravity is computed from them alone.
+    /// Takes the present masses of the bodies, where gravity has noted them.
     pub(crate) fn take_masses(&mut self) {
+        if self.levels.is_some() {
+            let each = self.gravity.iter_mut();
+            for separable in each.filter_map(|gravity| gravity.separable()) {
+                separable.prepare(&self.bodies);
+            }
+        }
         let bodies = &self.bodies;
         let mass = |body: usize| bodies[body].attracted_mass();
         for kept in self.selection.kept.iter_mut().flatten().flatten() {

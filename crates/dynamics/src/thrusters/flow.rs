@@ -80,8 +80,18 @@ impl RigidBody {
             self.inertia = inertia;
         }
         self.mass = loaded.mass - used;
-        if let Ok(distribution) = loaded.distribution.scaled(self.mass / loaded.mass) {
-            self.distribution = distribution;
+        let factor = self.mass / loaded.mass;
+        match (&mut self.distribution, &loaded.distribution) {
+            (MassDistribution::Points(points), MassDistribution::Points(all)) => {
+                for (point, full) in points.iter_mut().zip(all) {
+                    point.mass = factor * full.mass;
+                }
+            }
+            (MassDistribution::Multipole(multipole), MassDistribution::Multipole(full)) => {
+                *multipole = full.scaled(factor);
+            }
+            // It has no propellant.
+            (_, _) => {}
         }
     }
 
@@ -142,10 +152,10 @@ impl RigidBody {
     }
 
     /// Returns to a condition of the thrusters.
-    pub(crate) fn restore_thrusters(&mut self, condition: Condition) {
+    pub(crate) fn restore_thrusters(&mut self, condition: &Condition) {
         self.set_propellant(condition.propellant);
         if let Some(thrusters) = &mut self.thrusters {
-            thrusters.condition = condition;
+            thrusters.condition.clone_from(condition);
         }
     }
 }

@@ -14,7 +14,7 @@
 //! halves, too, at the outside of both impulses, so that the step is symmetric, of second order.
 //!
 //! # Assumptions and limitations
-//! The propellant surrounds the center of mass, which therefore does not move in the body. Its inertia is in proportion to
+//! A pivoted body turns about its pivot, which then takes the place of the center of mass. The propellant surrounds the center of mass, which therefore does not move in the body. Its inertia is in proportion to
 //! its mass, and so is the body's mass distribution for gravity. The force rises and falls at once.
 
 mod flow;
@@ -25,6 +25,9 @@ use thiserror::Error;
 
 pub(crate) use flow::Loaded;
 use valve::Valve;
+
+/// Relative rounding error of an impulse.
+const ROUNDING: f64 = 1e-12;
 
 /// A thruster.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -37,7 +40,8 @@ pub struct Thruster {
     pub thrust: f64,
     /// Effective exhaust velocity `c`, > 0. Infinity: the thruster uses no propellant.
     pub exhaust_velocity: f64,
-    /// Time from one opening of the valve to the next, ≥ 0, rounded to steps, at least one.
+    /// Time from one opening of the valve to the next, ≥ 0, rounded to steps, at least one. Steps backwards in time do not
+    /// retrace pulses.
     pub pulse_period: f64,
     /// Least impulse of a pulse, ≥ 0. The valve does not open for less.
     pub minimum_impulse: f64,
@@ -109,18 +113,35 @@ pub struct ThrusterState {
 }
 
 /// What changes from step to step.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub(crate) struct Condition {
     valves: Vec<Valve>,
     /// Forces that are asked for.
     commands: Vec<f64>,
-    /// Steps for which they have acted.
-    age: u64,
+    /// Steps since the start.
+    step: u64,
     states: Vec<ThrusterState>,
     /// Mass of the propellant that is left.
     propellant: f64,
     /// Change of the velocity by the thrusters in the last step, inertial frame.
     velocity_change: Vector3<f64>,
+}
+
+impl Clone for Condition {
+    fn clone(&self) -> Self {
+        let mut copy = Self::default();
+        copy.clone_from(self);
+        copy
+    }
+
+    fn clone_from(&mut self, from: &Self) {
+        self.valves.clone_from(&from.valves);
+        self.commands.clone_from(&from.commands);
+        self.states.clone_from(&from.states);
+        self.step = from.step;
+        self.propellant = from.propellant;
+        self.velocity_change = from.velocity_change;
+    }
 }
 
 /// What the thrusters do in a step, on the average, body frame.
@@ -207,7 +228,7 @@ impl Thruster {
     /// How long the valve opens in a pulse of this period to exert a mean force.
     fn opening(&self, command: f64, period: f64) -> f64 {
         let time = (command / self.thrust).clamp(0.0, 1.0) * period;
-        if self.thrust * time < self.minimum_impulse {
+        if self.thrust * time < self.minimum_impulse * (1.0 - ROUNDING) {
             0.0
         } else {
             time
@@ -277,16 +298,15 @@ impl Thrusters {
         self.condition.velocity_change
     }
 
-    /// Sets the mean forces that are asked for from the next step on, one per thruster, for which they have already acted in
-    /// `age` steps. Pulses begin with the command.
-    pub fn set_commands(&mut self, thrust: &[f64], age: u64) {
+    /// Sets the mean forces that are asked for from the next step on, one per thruster, limited to 0 … F. A thruster takes the
+    /// force at the beginning of each of its pulse periods, which follow each other from the start.
+    pub fn set_commands(&mut self, thrust: &[f64]) {
         self.condition.commands.copy_from_slice(thrust);
-        self.condition.age = age;
     }
 
     /// What changes from step to step.
-    pub(crate) fn condition(&self) -> Condition {
-        self.condition.clone()
+    pub(crate) fn condition(&self) -> &Condition {
+        &self.condition
     }
 
     /// Moves the valves over a step of length `h`.
@@ -297,13 +317,13 @@ impl Thrusters {
         for (index, thruster) in self.thrusters.iter().enumerate() {
             let period = (thruster.pulse_period / step).round().max(1.0);
             let valve = &mut state.valves[index];
-            if state.age.is_multiple_of(period as u64) {
+            if state.step.is_multiple_of(period as u64) {
                 let open = thruster.opening(state.commands[index], period * step);
                 valve.pulse(thruster.delay / step, open / step);
             }
             state.states[index].thrust = valve.pass() * thruster.thrust;
         }
-        state.age = state.age.saturating_add(1);
+        state.step = state.step.saturating_add(1);
         let asked = self.mass_flow() * step;
         if asked > self.condition.propellant {
             let share = self.condition.propellant / asked;
@@ -319,7 +339,8 @@ impl Thrusters {
         self.firing()
     }
 
-    fn mass_flow(&self) -> f64 {
+    /// The mass that flowed out in the last step, in a unit of time.
+    pub fn mass_flow(&self) -> f64 {
         let each = self.thrusters.iter().zip(&self.condition.states);
         each.map(|(thruster, state)| state.thrust / thruster.exhaust_velocity)
             .sum()

@@ -1,18 +1,27 @@
 use std::collections::VecDeque;
 
 /// A valve with the pulses that it has been told to make.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Debug, Default, PartialEq)]
 pub(super) struct Valve {
     /// When it opens and closes, in steps from the beginning of the present step on, in order.
     pulses: VecDeque<[f64; 2]>,
 }
 
-impl Valve {
-    /// Opens the valve after `delay` for a time. Pulses before it end when it begins. All in steps.
-    pub(super) fn pulse(&mut self, delay: f64, open: f64) {
-        if let Some([_, closes]) = self.pulses.back_mut() {
-            *closes = closes.min(delay);
+impl Clone for Valve {
+    fn clone(&self) -> Self {
+        Self {
+            pulses: self.pulses.clone(),
         }
+    }
+
+    fn clone_from(&mut self, from: &Self) {
+        self.pulses.clone_from(&from.pulses);
+    }
+}
+
+impl Valve {
+    /// Opens the valve after `delay` for a time; both in steps.
+    pub(super) fn pulse(&mut self, delay: f64, open: f64) {
         if open > 0.0 {
             self.pulses.push_back([delay, delay + open]);
         }
@@ -56,14 +65,11 @@ mod tests {
     }
 
     #[test]
-    fn a_command_ends_the_pulse_before_it_once_its_delay_is_over() {
+    fn pulses_wait_for_each_other() {
         let mut valve = Valve::default();
-        valve.pulse(2.5, 10.0);
+        valve.pulse(2.5, 0.5);
         assert_eq!(shares(&mut valve, 1), [0.0]);
         valve.pulse(2.5, 0.25);
-        assert_eq!(shares(&mut valve, 4), [0.0, 0.5, 0.75, 0.0]);
-        valve.pulse(3.0, 1.0);
-        valve.pulse(3.0, 0.0);
-        assert_eq!(shares(&mut valve, 5), [0.0; 5]);
+        assert_eq!(shares(&mut valve, 4), [0.0, 0.5, 0.25, 0.0]);
     }
 }

@@ -184,7 +184,7 @@ fn the_motion_is_that_of_a_body_of_variable_mass_at_second_order() {
         for method in METHODS {
             let error = |steps: u32| {
                 let mut simulation = craft.simulation(method, 3.0 / f64::from(steps));
-                simulation.set_thruster_commands(0, &craft.commands, 0);
+                simulation.set_thruster_commands(0, &craft.commands);
                 fly(&mut simulation, steps);
                 let misses = found(&simulation).into_iter().zip(reference);
                 misses.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max)
@@ -215,7 +215,7 @@ fn the_change_of_velocity_is_that_of_the_rocket_equation() {
         // A flow of 0.2: 1.0 lasts for 5 s.
         for (steps, mass) in [(3_000, 3.0 - 0.6), (7_000, 2.0)] {
             let mut simulation = craft.simulation(method, 1e-3);
-            simulation.set_thruster_commands(0, &[0.5], 0);
+            simulation.set_thruster_commands(0, &[0.5]);
             fly(&mut simulation, steps);
             let [_, velocity, _] = found(&simulation);
             let miss = (velocity.x - 2.5 * f64::ln(3.0 / mass)).abs();
@@ -253,7 +253,7 @@ fn jet_damping_is_that_of_the_closed_form() {
             ..Craft::random(6)
         };
         let mut simulation = craft.simulation(Method::Lgvi(Rotor::Discrete), 1e-3);
-        simulation.set_thruster_commands(0, &[0.2, 0.2], 0);
+        simulation.set_thruster_commands(0, &[0.2, 0.2]);
         fly(&mut simulation, 4000);
         let [_, velocity, rate] = found(&simulation);
         let j = 1.4 - 0.8 * 0.5;
@@ -290,7 +290,7 @@ fn pulses_have_their_impulse_to_rounding() {
         let mut latest = 0.0;
         for _ in 0..30 {
             let asked = thrust * (1.4 * rng.f64() - 0.2);
-            simulation.set_thruster_commands(0, &[asked], 0);
+            simulation.set_thruster_commands(0, &[asked]);
             fly(&mut simulation, steps);
             let impulse = asked.clamp(0.0, thrust) * period;
             expected += if impulse < minimum { 0.0 } else { impulse };
@@ -298,7 +298,7 @@ fn pulses_have_their_impulse_to_rounding() {
             assert!(gained >= latest, "{gained} after {latest}");
             latest = gained;
         }
-        simulation.set_thruster_commands(0, &[0.0], 0);
+        simulation.set_thruster_commands(0, &[0.0]);
         fly(&mut simulation, 30);
         let miss = simulation.states()[0].linear_momentum.y - expected;
         assert!(miss.abs() < 1e-12, "{miss:e} of {expected}");
@@ -320,7 +320,7 @@ fn a_pulse_begins_after_its_delay() {
         ..Craft::random(9)
     };
     let mut simulation = craft.simulation(Method::Lgvi(Rotor::Discrete), 0.125);
-    simulation.set_thruster_commands(0, &[0.625], 0);
+    simulation.set_thruster_commands(0, &[0.625]);
     let thrusts: Vec<_> = (0..16)
         .map(|_| {
             fly(&mut simulation, 1);
@@ -363,7 +363,7 @@ fn gravity_acts_on_the_mass_that_is_left() {
             let simulation = Simulation::new(system, vec![state], method, 1e-3).expect("valid");
             let mut simulation = simulation.with_skips(skip);
             let thrust = if fires { 0.2 } else { 0.0 };
-            simulation.set_thruster_commands(0, &[thrust; 2], 0);
+            simulation.set_thruster_commands(0, &[thrust; 2]);
             fly(&mut simulation, 6000);
             found(&simulation)
         };
@@ -414,7 +414,7 @@ fn wheels_and_thrusters_act_at_once() {
     };
     for _ in 0..500 {
         let commands: Vec<_> = craft.thrusters.iter().map(|_| 0.2 * rng.f64()).collect();
-        simulation.set_thruster_commands(0, &commands, 0);
+        simulation.set_thruster_commands(0, &commands);
         simulation.set_wheel_commands(0, &[0.1 * rng.f64(), -0.1 * rng.f64()]);
         let begin = simulation.states()[0];
         fly(&mut simulation, 1);
@@ -435,7 +435,7 @@ fn wheels_and_thrusters_act_at_once() {
 fn the_change_of_velocity_is_told() {
     let craft = Craft::random(11);
     let mut simulation = craft.simulation(Method::Lgvi(Rotor::Exact), 0.01);
-    simulation.set_thruster_commands(0, &craft.commands, 0);
+    simulation.set_thruster_commands(0, &craft.commands);
     for _ in 0..20 {
         let [_, before, _] = found(&simulation);
         fly(&mut simulation, 1);
@@ -450,7 +450,7 @@ fn the_change_of_velocity_is_told() {
 fn a_failed_step_leaves_body_and_thrusters_as_they_were() {
     let craft = Craft::random(12);
     let mut simulation = craft.simulation(Method::Lgvi(Rotor::Discrete), 10.0);
-    simulation.set_thruster_commands(0, &craft.commands, 0);
+    simulation.set_thruster_commands(0, &craft.commands);
     let before = (
         simulation.system().bodies().to_vec(),
         simulation.states().to_vec(),

@@ -207,11 +207,15 @@ impl<C: Channel> ShmPublisher<C> {
             }
             thread::sleep(POLL);
         }
-        self.port
-            .update_connections()
-            .map_err(|error| self.send_error(error))?;
+        self.connect()?;
         thread::sleep(CONNECT);
         Ok(true)
+    }
+
+    /// Connects to subscribers that have come, which get the latest samples that the publisher keeps for them.
+    pub fn connect(&self) -> Result<(), ShmError> {
+        let connected = self.port.update_connections();
+        connected.map_err(|error| self.send_error(error))
     }
 
     fn send_error(&self, reason: impl ToString) -> ShmError {

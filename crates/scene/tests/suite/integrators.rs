@@ -276,7 +276,7 @@ fn kepler_motion_is_flown_in_one_step() {
     let scene = Scene::parse("test", &text).unwrap();
     let scheme = scene.scheme().unwrap();
     let mut simulation = scene.simulation(scheme).unwrap();
-    let rates = scene.rates(simulation.states());
+    let rates = scene.rates(simulation.system(), simulation.states());
     assert!(rates.orbit * 30.0 > 4.0, "{rates:?}");
     assert_eq!(scene.long_orbit(scheme, rates), None);
     simulation.advance(&[Default::default()]).unwrap();

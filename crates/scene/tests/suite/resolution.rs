@@ -43,7 +43,7 @@ fn said(scene: &Scene, most: u64) -> [Option<String>; 3] {
     let start = energies(&simulation);
     let mut rates = Rates::default();
     for _ in 0..scene.steps.min(most) {
-        rates = rates.max(scene.rates(simulation.states()));
+        rates = rates.max(scene.rates(simulation.system(), simulation.states()));
         simulation.advance(&controls).unwrap();
     }
     [

@@ -219,5 +219,8 @@ fn remarks(campaign: &Campaign<'_>, scene: &Scene) -> Vec<String> {
     if scene.bodies.iter().any(|body| !body.wheels.is_empty()) {
         remarks.push("reaction wheels coasted: there is no controller".into());
     }
+    if scene.bodies.iter().any(|body| !body.thrusters.is_empty()) {
+        remarks.push("thrusters were shut: there is no controller".into());
+    }
     remarks
 }

@@ -159,7 +159,8 @@ impl FlightData {
 
     /// Whether controls acted or states were set.
     pub(super) fn is_disturbed(&self) -> bool {
-        self.intervened || !self.controlled().is_empty()
+        let fired = |sample: &Sample| sample.firings.iter().any(Firing::has_fired);
+        self.intervened || !self.controlled().is_empty() || self.samples.iter().any(fired)
     }
 
     /// The first recorded state; there is always one.

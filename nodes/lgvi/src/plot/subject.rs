@@ -42,7 +42,7 @@ impl Subject {
         }
         let free = scene.gravity.is_none()
             && *body.body.mobility() == Mobility::Free
-            && body.body.wheels().is_none();
+            && !body.body.has_actuators();
         let turns = poses().all(|pose| pose.spin != Vector3::zeros());
         if free && turns && !flight.is_disturbed() {
             Self::Tumbling

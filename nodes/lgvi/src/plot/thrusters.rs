@@ -26,6 +26,13 @@ pub(super) struct Firing {
     mass: Option<f64>,
 }
 
+impl Firing {
+    /// Whether a thruster has exerted an impulse.
+    pub(super) fn has_fired(&self) -> bool {
+        self.impulses.iter().any(|impulse| *impulse != 0.0)
+    }
+}
+
 /// The states of the thrusters of a body in a bag, by their stamps (ns).
 struct Record {
     body: usize,

@@ -49,6 +49,10 @@ struct Motion {
     linear_momentum: Packed,
     /// (kg m²/s), body frame, about the center of mass or the pivot.
     angular_momentum: Packed,
+    /// (m/s), inertial frame.
+    velocity: Packed,
+    /// (rad/s), body frame.
+    angular_velocity: Packed,
 }
 
 /// Energies of all bodies (J).
@@ -128,6 +132,8 @@ fn motion(samples: &[&Sample], body: usize) -> Motion {
         motion.frame.push(&pose.position, &pose.attitude);
         motion.linear_momentum.push(pose.linear_momentum.as_slice());
         motion.angular_momentum.push(pose.spin.as_slice());
+        motion.velocity.push(pose.velocity.as_slice());
+        motion.angular_velocity.push(pose.rate.as_slice());
     }
     motion
 }

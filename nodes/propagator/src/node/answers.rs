@@ -69,7 +69,7 @@ impl Answers {
         Ok(())
     }
 
-    fn refuse(&mut self, why: &str) {
+    pub(crate) fn refuse(&mut self, why: &str) {
         let quiet = |warned: Instant| warned.elapsed() < PATIENCE;
         if !self.warned.is_some_and(quiet) {
             self.warned = Some(Instant::now());

@@ -19,7 +19,7 @@ impl Resolution {
     pub(crate) fn new(scene: &Scene, flight: &Flight) -> Self {
         Self {
             every: scene.steps.div_ceil(LOOKS),
-            rates: scene.rates(flight.states()),
+            rates: scene.rates(flight.system(), flight.states()),
             start: flight.energies(),
         }
     }
@@ -37,7 +37,9 @@ impl Resolution {
     /// Takes note of the present states, if it is their turn.
     pub(crate) fn note(&mut self, scene: &Scene, flight: &Flight) {
         if flight.step().is_multiple_of(self.every) {
-            self.rates = self.rates.max(scene.rates(flight.states()));
+            self.rates = self
+                .rates
+                .max(scene.rates(flight.system(), flight.states()));
         }
     }
 

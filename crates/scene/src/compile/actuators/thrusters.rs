@@ -11,7 +11,7 @@ use crate::{Scene, SceneError, check};
 pub const MAX_THRUSTERS: usize = 64;
 
 /// Largest delay of a valve, in steps: a pulse may wait for each.
-const MAX_DELAY: f64 = 1e5;
+const MAX_DELAY: f64 = 1000.0;
 
 /// Returns the body with the thrusters of its file.
 pub(super) fn with_thrusters(
@@ -24,7 +24,7 @@ pub(super) fn with_thrusters(
     if count == 0 {
         return match &file.propellant {
             Some(propellant) => {
-                let expected = "none of a body without `thrusters`";
+                let expected = "a body with `thrusters`, which use it";
                 Err(SceneError::value(
                     key("propellant"),
                     propellant.mass,
@@ -58,7 +58,7 @@ pub(super) fn with_thrusters(
         && let Some(index) = thrusters.iter().position(uses)
     {
         let key = key(&format!("thrusters[{index}].exhaust_velocity"));
-        let expected = "none of a body without `propellant`";
+        let expected = "a body with `propellant`";
         return Err(SceneError::value(
             key,
             thrusters[index].exhaust_velocity,
@@ -136,8 +136,18 @@ pub(super) fn check_steps(scene: &Scene) -> Result<(), SceneError> {
                     expected,
                 ));
             }
+            let most = thruster.thrust * thruster.pulse_period.max(h);
+            if thruster.minimum_impulse > most {
+                let expected = format!("{most} at most, the impulse of the longest pulse");
+                let value = thruster.minimum_impulse;
+                return Err(SceneError::value(key("minimum_impulse"), value, expected));
+            }
+            if !(thruster.thrust * scene.units.force()).is_finite() {
+                let expected = "a force that is in the range of numbers in SI";
+                return Err(SceneError::value(key("thrust"), thruster.thrust, expected));
+            }
             if thruster.delay / h > MAX_DELAY {
-                let expected = format!("{MAX_DELAY:e} steps of {h} at most");
+                let expected = format!("{MAX_DELAY} steps of {h} at most");
                 return Err(SceneError::value(key("delay"), thruster.delay, expected));
             }
         }

@@ -68,8 +68,7 @@ class Flight {
 
   /** Angular velocity (rad/s), body frame. */
   angularVelocity(body, k) {
-    const momentum = nth(body.angular_momentum, k);
-    return [0, 1, 2].map((row) => dot(body.inverse_inertia.slice(3 * row, 3 * row + 3), momentum));
+    return nth(body.angular_velocity, k);
   }
 
   /** Control force (N, inertial frame) and moment (N m, body frame) on a body at `t`. */

@@ -72,7 +72,7 @@ impl Trial {
             steps: 0,
             evaluations: 0.0,
             largest_turn: turn(&simulation, h),
-            rates: scene.rates(simulation.states()),
+            rates: scene.rates(simulation.system(), simulation.states()),
             energies: [Energies::of(simulation.system(), simulation.states()); 2],
             failure: None,
         };
@@ -92,7 +92,9 @@ impl Trial {
             }
             trial.largest_turn = trial.largest_turn.max(turn(&simulation, h));
             if trial.steps.is_multiple_of(wanted.div_ceil(LOOKS)) {
-                trial.rates = trial.rates.max(scene.rates(simulation.states()));
+                trial.rates = trial
+                    .rates
+                    .max(scene.rates(simulation.system(), simulation.states()));
             }
         }
         trial.energies[1] = Energies::of(simulation.system(), simulation.states());

@@ -157,7 +157,12 @@ impl Propagator {
         while self.link.has_room()
             && let Some(answer) = answers.next(&self.scene, step)?
         {
-            if step < self.scene.steps && cycle.awaits(step, answer.target) {
+            if cycle.begins_at(step) && !cycle.awaits(step, answer.target) {
+                answers.refuse(&format!(
+                    "a {} is not waited for at step {step}",
+                    answer.target.describe(&self.scene)
+                ));
+            } else if step < self.scene.steps && cycle.begins_at(step) {
                 self.flight
                     .accept(answer.controls)
                     .map_err(NodeError::runtime)?;
@@ -214,6 +219,7 @@ impl Propagator {
         if waited && cycle.is_silent() && self.commanding.asked.elapsed() >= PROMPT {
             // Who has come since has not seen it.
             self.commanding.asked = Instant::now();
+            self.states.connect()?;
             self.sense_again()?;
             self.link.repeat(&self.flight);
         }

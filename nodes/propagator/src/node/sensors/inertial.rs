@@ -105,10 +105,13 @@ impl Increments {
         let bodies = flight.system().bodies();
         for (change, &member) in self.changes.iter_mut().zip(&self.members) {
             let body = &bodies[member];
-            *change += (h / body.mass()) * flight.loads()[member].force;
+            let mut mass = body.mass();
             if let Some(thrusters) = body.thrusters() {
                 *change += thrusters.velocity_change();
+                // Loads act when half of what flows out in the step has done so.
+                mass += 0.5 * h * thrusters.mass_flow();
             }
+            *change += (h / mass) * flight.loads()[member].force;
         }
     }
 

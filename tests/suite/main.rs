@@ -63,6 +63,7 @@ mod sensors;
 mod shutdown;
 mod stalls;
 mod suspended;
+mod sweep;
 mod tables;
 mod thrusters;
 mod tutorial;

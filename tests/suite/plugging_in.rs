@@ -1,6 +1,8 @@
 //! The programs of `examples/`, against the nodes that they are written for.
 
 use std::path::Path;
+use std::thread::sleep;
+use std::time::Duration;
 
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::diagnostic_msgs::DiagnosticArray;
@@ -271,13 +273,14 @@ fn a_controller_on_rclpy_approaches_a_station_by_thrusters() {
     world.verify_agrees(&world.path("flight"), 6001);
 }
 
-/// Flies with the controller in Rust, with these arguments.
-fn slew_in_rust(world: &World, arguments: &[&str]) -> Recording {
+/// Flies with the controller in Rust, with these arguments, which begins after the flight by this time.
+fn slew_in_rust(world: &World, arguments: &[&str], late: Duration) -> Recording {
     let mut command = world.command(&binary("examples/wheel_controller"));
     command.args(arguments);
+    let awaits = ["--await-wheels", "satellite"];
+    let flight = world.start_flight(&scene("wheel_slew"), "flight", &awaits);
+    sleep(late);
     let node = world.start("wheel_controller", command);
-    let arguments = ["--await-wheels", "satellite"];
-    let flight = world.start_flight(&scene("wheel_slew"), "flight", &arguments);
     let bag = flown(flight, &world.path("flight"));
     node.stop().expect(0);
     slewed(world, &bag);
@@ -291,7 +294,7 @@ fn slew_in_rust(world: &World, arguments: &[&str]) -> Recording {
 #[test]
 fn a_controller_in_rust_turns_a_satellite_by_its_wheels() {
     let world = World::new();
-    let bag = slew_in_rust(&world, &[]);
+    let bag = slew_in_rust(&world, &[], Duration::ZERO);
     let odometry = bag.messages::<Odometry>("/lgvi_propagator/odometry/satellite");
     assert!(odometry.len() >= 6001, "{}", odometry.len());
 }
@@ -300,7 +303,8 @@ fn a_controller_in_rust_turns_a_satellite_by_its_wheels() {
 #[test]
 fn a_controller_in_rust_turns_a_satellite_over_shared_memory() {
     let world = World::new();
-    let bag = slew_in_rust(&world, &["--ros-args", "-p", "shared_memory:=true"]);
+    let arguments = ["--ros-args", "-p", "shared_memory:=true"];
+    let bag = slew_in_rust(&world, &arguments, Duration::from_secs(2));
     let odometry = bag.messages::<Odometry>("/lgvi_propagator/odometry/satellite");
     assert!((601..700).contains(&odometry.len()), "{}", odometry.len());
 }

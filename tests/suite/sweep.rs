@@ -13,7 +13,9 @@ fn table(directory: &Path) -> Vec<BTreeMap<String, String>> {
 }
 
 fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
-    row[column].parse().unwrap_or_else(|_| panic!("{column} of {row:?}"))
+    row[column]
+        .parse()
+        .unwrap_or_else(|_| panic!("{column} of {row:?}"))
 }
 
 /// The error of LGVI decreases with the square of the step: the table is a work-precision study.
@@ -42,7 +44,10 @@ fn a_sweep_over_steps_shows_the_order_of_the_method() {
     sweep(&directory, "2");
     let rows = table(&directory);
     assert_eq!(rows.len(), 10);
-    let steps: Vec<_> = rows[..5].iter().map(|row| row["run.steps"].as_str()).collect();
+    let steps: Vec<_> = rows[..5]
+        .iter()
+        .map(|row| row["run.steps"].as_str())
+        .collect();
     assert_eq!(steps, ["500", "1000", "2000", "4000", "8000"]);
     assert_eq!(rows[0]["run.integrator"], "lgvi");
     assert!(rows.iter().all(|row| row["failure"].is_empty()));
@@ -136,12 +141,25 @@ fn what_cannot_be_swept_is_refused_before_the_first_flight() {
         "--vary run.steps: expected each key once",
     );
     refused(
-        &["run.steps=[1, 50000, lin:50000]", "bodies.body.mass=[1, 2, lin:3]"],
+        &[
+            "run.steps=[1, 50000, lin:50000]",
+            "bodies.body.mass=[1, 2, lin:3]",
+        ],
         "expected at most 100000",
     );
     let there = world.path("there");
     fs::create_dir(&there).unwrap();
-    let arguments = ["sweep", free.to_str().unwrap(), "--vary", "run.steps=[100]", "--output"];
+    let arguments = [
+        "sweep",
+        free.to_str().unwrap(),
+        "--vary",
+        "run.steps=[100]",
+        "--output",
+    ];
     let arguments = arguments.into_iter().chain([there.to_str().unwrap()]);
-    world.lgvi(arguments).finish().expect(2).says(&["cannot make"]);
+    world
+        .lgvi(arguments)
+        .finish()
+        .expect(2)
+        .says(&["cannot make"]);
 }

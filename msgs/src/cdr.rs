@@ -145,15 +145,27 @@ pub fn decode_recorded<M: RosMessage>(type_hash: &str, bytes: &[u8]) -> Result<M
     if type_hash.is_empty() || type_hash == M::TYPE_HASH {
         return decode(bytes);
     }
-    let mut earlier = EARLIER.iter();
-    match earlier.find(|(hash, _)| *hash == type_hash) {
-        Some((_, length)) => decode(&[bytes, &vec![0; *length]].concat()),
-        None => Err(CdrError::Definition {
+    match appended_since(type_hash) {
+        0 => Err(CdrError::Definition {
             type_name: M::TYPE_NAME,
             found: type_hash.to_owned(),
             expected: M::TYPE_HASH,
         }),
+        length => decode(&[bytes, &vec![0; length]].concat()),
     }
+}
+
+/// A message that was recorded under a type hash, with the empty fields that its definition lacks, if it is an earlier one.
+pub fn completed(type_hash: &str, mut bytes: Vec<u8>) -> Vec<u8> {
+    bytes.resize(bytes.len() + appended_since(type_hash), 0);
+    bytes
+}
+
+fn appended_since(type_hash: &str) -> usize {
+    let mut earlier = EARLIER.iter();
+    earlier
+        .find(|(hash, _)| *hash == type_hash)
+        .map_or(0, |(_, length)| *length)
 }
 
 #[cfg(test)]
@@ -180,6 +192,8 @@ mod tests {
         assert!(decode::<ControlSequence>(old).is_err());
         let found: ControlSequence = decode_recorded(hash, old).unwrap();
         assert_eq!(found, sequence);
+        assert_eq!(completed(hash, old.to_vec()), bytes);
+        assert_eq!(completed(ControlSequence::TYPE_HASH, bytes.clone()), bytes);
         let found: ControlSequence = decode_recorded("", &bytes).unwrap();
         assert_eq!(found, sequence);
         let refused = decode_recorded::<ControlSequence>("RIHS01_1", &bytes).unwrap_err();

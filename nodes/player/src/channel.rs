@@ -6,6 +6,7 @@ use lgvi_bag::{Message, Topic};
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{Qos, RawPublisher};
 use lgvi_middleware::shm::{Delivery, ShmNode, StatePublisher};
+use lgvi_msgs::cdr;
 use tracing::warn;
 
 use crate::states;
@@ -107,9 +108,10 @@ impl Channel {
         if !self.durable && self.dds.matched_subscriptions() == 0 {
             return Ok(());
         }
+        let data = cdr::completed(&message.topic.type_hash, message.data);
         let sent = match self.delivery {
-            Delivery::Lossless { patience } => self.dds.publish_lossless(message.data, patience),
-            Delivery::DropNewest => self.dds.publish(message.data),
+            Delivery::Lossless { patience } => self.dds.publish_lossless(data, patience),
+            Delivery::DropNewest => self.dds.publish(data),
         };
         if let Err(error) = sent
             && self

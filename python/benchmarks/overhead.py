@@ -21,9 +21,9 @@ HERE = Path(__file__).resolve().parents[1]
 
 def program() -> Path:
     """Build the flights in Rust."""
-    build = ["cargo", "build", "--release", "--locked", "--example", "fly", "--manifest-path", str(HERE / "Cargo.toml")]
+    build = ["cargo", "build", "--release", "--locked", "--example", "rust_alone", "--manifest-path", str(HERE / "Cargo.toml")]
     subprocess.run(build, check=True)
-    return HERE.parent / "target" / "release" / "examples" / "fly"
+    return HERE.parent / "target" / "release" / "examples" / "rust_alone"
 
 
 def main() -> None:

@@ -8,7 +8,7 @@ use lgvi_scene::{Scene, Scheme};
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 
-use crate::controls::Commands;
+use crate::controls::{Commands, Controller};
 use crate::error;
 use crate::force::{Raised, simulation};
 use crate::trajectory::Samples;
@@ -147,13 +147,7 @@ impl Flown {
             raised: &raised,
             samples: Samples::default(),
         };
-        let ended = py.detach(|| {
-            let mut command = |flight: &mut Flight| match &controller {
-                Some(controller) => controller.command(flight),
-                None => Ok(()),
-            };
-            run.fly(&mut flight, outputs, &mut command, &mut watch)
-        });
+        let ended = py.detach(|| run.fly(&mut flight, outputs, controller.as_ref(), &mut watch));
         if let Some(error) = raised.take() {
             return Err(error);
         }
@@ -190,7 +184,7 @@ impl Run<'_> {
         &mut self,
         flight: &mut Flight,
         outputs: &[Output],
-        command: &mut dyn FnMut(&mut Flight) -> PyResult<()>,
+        controller: Option<&Controller>,
         watch: &mut Watch,
     ) -> Result<(), End> {
         let bodies = flight.states().len();
@@ -204,12 +198,11 @@ impl Run<'_> {
         (kept.try_reserve_exact(times)).map_err(|_| End::Memory)?;
         (kept_states.try_reserve_exact(states)).map_err(|_| End::Memory)?;
         (loads.try_reserve_exact(states)).map_err(|_| End::Memory)?;
-        let last = self.flown.scene.steps as f64;
+        let mut advance =
+            |flight: &mut Flight, to| advance(flight, to, &self.flown.scene, controller, watch);
         let mut outputs = outputs.iter().copied().peekable();
         while let Some(output) = outputs.next() {
-            while flight.step() < output.step {
-                advance(flight, command, watch, last)?;
-            }
+            advance(flight, output.step)?;
             if output.part == 0.0 {
                 self.keep(output.time, flight.states(), flight.loads());
                 self.samples.wheels.extend(flight.wheel_states());
@@ -217,7 +210,7 @@ impl Run<'_> {
             }
             // What acts in a step is known when it has been made.
             let before = flight.states().to_vec();
-            advance(flight, command, watch, last)?;
+            advance(flight, output.step + 1)?;
             let mut output = Some(output);
             while let Some(now) = output {
                 let states = self.fly_part(before.clone(), flight.loads(), now)?;
@@ -260,20 +253,31 @@ impl Run<'_> {
     }
 }
 
-/// Makes a step.
-#[inline]
+/// Makes all steps up to this one.
 fn advance(
     flight: &mut Flight,
-    command: &mut dyn FnMut(&mut Flight) -> PyResult<()>,
+    to: u64,
+    scene: &Scene,
+    controller: Option<&Controller>,
     watch: &mut Watch,
-    last: f64,
 ) -> Result<(), End> {
-    let step = flight.step();
-    command(flight).map_err(End::Python)?;
-    let made = flight.advance();
-    made.map_err(|error| End::Step(step, error))?;
-    if step.is_multiple_of(LOOK) && !watch.go_on(step as f64 / last) {
-        return Err(End::Watched);
+    while flight.step() < to {
+        let step = flight.step();
+        let until = match controller {
+            None => to.min(step - step % LOOK + LOOK),
+            Some(controller) => {
+                controller.command(flight).map_err(End::Python)?;
+                step + 1
+            }
+        };
+        while flight.step() < until {
+            let step = flight.step();
+            let made = flight.advance();
+            made.map_err(|error| End::Step(step, error))?;
+        }
+        if until.is_multiple_of(LOOK) && !watch.go_on(until as f64 / scene.steps as f64) {
+            return Err(End::Watched);
+        }
     }
     Ok(())
 }

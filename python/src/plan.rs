@@ -32,9 +32,8 @@ impl Plan {
         scene: &Arc<Scene>,
         from: Option<&State>,
         warm: Option<&Self>,
-        progress: Option<Py<PyAny>>,
     ) -> PyResult<Self> {
-        let mut watch = Watch::new(progress);
+        let mut watch = Watch::new(None);
         let mut iterations = 0;
         let begin = from.map(|state| begin(scene, state)).transpose()?;
         if warm.is_some_and(|plan| !plan.fits(scene)) {
@@ -57,7 +56,6 @@ impl Plan {
             return Err(error);
         }
         let plan = made.map_err(|error| error::plan(py, &error))?;
-        watch.end(py)?;
         Ok(Self {
             scene: Arc::clone(scene),
             plan,

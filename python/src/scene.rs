@@ -305,24 +305,21 @@ impl Scene {
     /// warm : Plan, optional
     ///     A plan of the same scene. With a state, the solver starts from the rest of it, and the new plan arrives when it
     ///     does; without a state it is not used.
-    /// progress : callable, optional
-    ///     Called with 0.0 some times a second. An exception in it ends the solver.
     ///
     /// Raises
     /// ------
     /// PlanError
     ///     There is no plan; `reason` says why.
-    #[pyo3(signature = (state = None, warm = None, progress = None))]
+    #[pyo3(signature = (state = None, warm = None))]
     fn plan(
         &self,
         py: Python<'_>,
         state: Option<&Bound<'_, crate::state::State>>,
         warm: Option<&Bound<'_, Plan>>,
-        progress: Option<Py<PyAny>>,
     ) -> PyResult<Plan> {
         let state = state.map(|state| state.get());
         let warm = warm.map(|plan| plan.get());
-        Plan::make(py, &self.scene, state, warm, progress)
+        Plan::make(py, &self.scene, state, warm)
     }
 
     /// Flies dispersed samples of the scene (Monte Carlo) on all cores and returns their table.
@@ -370,7 +367,7 @@ impl Scene {
             threads,
         };
         let made = match (plan, &scene.maneuver) {
-            (None, Some(_)) => Some(Plan::make(py, scene, None, None, None)?),
+            (None, Some(_)) => Some(Plan::make(py, scene, None, None)?),
             _ => None,
         };
         let plan = plan.map(|plan| plan.get()).or(made.as_ref());

@@ -18,6 +18,8 @@ def test_tables_have_types_and_rows(bags: Path) -> None:
     assert state.rows == bag.message_counts["/lgvi_propagator/state"]
     assert state["step"].dtype == np.uint64 and state["bodies.0.position.0"].dtype == np.float64
     assert set(state["bodies.0.name"]) == {"dumbbell1"}
+    scene = bag.table("/lgvi_propagator/scene")
+    assert scene["text"].dtype == object and scene["text"][0] == bag.scene().text
     assert state.about == {"topic": "/lgvi_propagator/state", "type": "lgvi_msgs/msg/SystemState"}
     assert set(bag.tables()) == set(bag.topics)
     with pytest.raises(lgvi.BagError, match="no topic /none"):

@@ -42,7 +42,7 @@ class Explanation:
 class Table(Mapping[str, NDArray[Any]]):
     """Columns by name, each a NumPy array with an entry a row.
 
-    Numbers are arrays of their type, texts are arrays of `str`, and lists of varying length are arrays of objects. pandas and
+    Numbers are arrays of their type, texts arrays of `str`, long texts and lists of varying length arrays of objects. pandas and
     pyarrow are used if they are installed; with pyarrow, whatever reads the Arrow PyCapsule interface takes a table as it is.
 
     Attributes
@@ -92,10 +92,14 @@ class Table(Mapping[str, NDArray[Any]]):
         return f"Table({self.rows} rows, columns {', '.join(self._columns)})"
 
 
+# An array of texts takes four bytes for each character of the longest of them, in each row.
+_LONG = 64
+
+
 def _array(column: Any) -> NDArray[Any]:
     if isinstance(column, np.ndarray):
         return column
-    if all(isinstance(cell, str) for cell in column):
+    if all(isinstance(cell, str) and len(cell) <= _LONG for cell in column):
         return np.array(column, dtype=np.str_)
     array = np.empty(len(column), dtype=object)
     array[:] = column

@@ -15,11 +15,12 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let path = arguments.next().ok_or("expected a scene file")?;
     let times: u32 = arguments.next().ok_or("expected a number")?.parse()?;
     let scene = load_scene(Path::new(&path))?;
+    let scheme = scene.scheme()?;
     let (every, count) = (scene.publishing.state_every.max(1), scene.steps);
     let mut shortest = f64::INFINITY;
     for _ in 0..times {
         let begin = Instant::now();
-        let mut flight = Flight::new(&scene)?;
+        let mut flight = Flight::of(&scene, scheme, scene.simulation(scheme)?);
         let kept = (count / every + 1) as usize * scene.bodies.len();
         let (mut states, mut loads) = (Vec::with_capacity(kept), Vec::with_capacity(kept));
         for step in 0..=count {

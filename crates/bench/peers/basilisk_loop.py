@@ -7,7 +7,7 @@ Prints the wall-clock time of each flight and its multiple of real time. Orbit, 
 limits and friction, and initial state are those of the scene; the integrator is the classical Runge-Kutta method of order 4 with
 steps of 0.02 s. The controller is the chain of Basilisk's compiled modules, or with `--python` a module in Python with the law of
 `crates/middleware/examples/wheel_controller.rs`. States and speeds of wheels are recorded in memory at each step. There are no sensors, no
-messages to other processes, and no files. Basilisk's modules need the support data of their package alone.
+messages to other processes, and no files.
 """
 
 import argparse

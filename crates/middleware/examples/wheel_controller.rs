@@ -9,7 +9,6 @@
 //! `-- --ros-args -p shared_memory:=true` it reads the states in shared memory and answers there, which is faster.
 
 use std::f64::consts::FRAC_1_SQRT_2;
-use std::hint;
 use std::process::ExitCode;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -47,7 +46,7 @@ const DAMPING: f64 = 0.5;
 const PERIOD: f64 = 0.02;
 
 /// How long the next state is looked for without a pause.
-const PROMPT: Duration = Duration::from_micros(50);
+const PROMPT: Duration = Duration::from_micros(200);
 
 /// How long it pauses after that.
 const PAUSE: Duration = Duration::from_micros(20);
@@ -109,7 +108,7 @@ impl Managed for WheelController {
                         }
                         last = Instant::now();
                     } else if last.elapsed() < PROMPT {
-                        hint::spin_loop();
+                        thread::yield_now();
                     } else {
                         thread::sleep(PAUSE);
                     }

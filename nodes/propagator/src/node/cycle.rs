@@ -32,7 +32,7 @@ pub(crate) struct Cycle {
 }
 
 /// How long the answer of a controller on this host is looked for without a pause.
-const PROMPT: Duration = Duration::from_micros(50);
+const PROMPT: Duration = Duration::from_micros(200);
 
 /// How long the first command is waited for in silence.
 const SILENCE: Duration = Duration::from_secs(5);

@@ -152,9 +152,10 @@ impl Managed for Propagator {
         let states = shm.state_publisher(&state_topic, names.len(), rates.delivery())?;
         let monitor = Arc::new(Monitor::new(&scene));
         let orders = Orders::serve(node, &scene)?;
+        let commanding = Commanding::new(node, &shm, &scene, &config)?;
+        // Last: after an error the process might end while the thread still lets go of shared memory, half of which would stay.
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
         let sensors = Sensors::new(&scene, link.listened());
-        let commanding = Commanding::new(node, &shm, &scene, &config)?;
         let now = Instant::now();
         Ok(Self {
             outgoing: Vec::with_capacity(names.len()),

@@ -70,7 +70,7 @@ impl Commanding {
         if cycle.is_silent() {
             std::thread::sleep(WAIT);
         } else if cycle.is_in_memory() && cycle.is_prompt() {
-            std::hint::spin_loop();
+            std::thread::yield_now();
         } else {
             std::thread::sleep(ANSWER);
         }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lgvi_dynamics::Load;
 use lgvi_msgs::geometry_msgs::Vector3;
 use lgvi_msgs::msg::ControlSequence;
-use lgvi_propagator::{Controls, Flight, ForceAxes};
+use lgvi_propagator::{Axes, Controls, Flight};
 use lgvi_scene::Scene;
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
@@ -128,7 +128,7 @@ fn message(scene: &Scene, object: &Bound<'_, PyAny>) -> PyResult<ControlSequence
             let message = "`wheel_torque_n_m` beside a force or a moment, expected two `Controls`";
             return Err(PyValueError::new_err(message));
         }
-        sequence.feedback = rows(&torques, "wheel_torque_n_m", named.wheels.len())?;
+        sequence.wheel_torque = rows(&torques, "wheel_torque_n_m", named.wheels.len())?;
         return Ok(sequence);
     }
     let count = force.as_ref().or(moment.as_ref()).map_or(0, Vec::len);
@@ -192,10 +192,9 @@ pub(crate) fn hold(
         body,
         first_step: flight.step(),
         hold: steps,
-        axes: ForceAxes::Inertial,
+        axes: Axes::Split,
         loads: vec![load],
-        torques: Vec::new(),
-        wheels: named.wheels.len(),
+        actuation: None,
         law: None,
     };
     flight.accept(controls).map_err(|error| error.to_string())

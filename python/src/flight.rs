@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lgvi_dynamics::{BodyState, Load, StepError};
+use lgvi_dynamics::{ActuatorStates, BodyState, Load, StepError};
 use lgvi_propagator::Flight;
 use lgvi_scene::{Scene, Scheme};
 use pyo3::exceptions::{PyMemoryError, PyValueError};
@@ -82,15 +82,19 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
         outputs.push(output);
     }
     let between = outputs.iter().find(|output| output.part > 0.0);
-    let wheels = scene.bodies.iter().any(|body| !body.wheels.is_empty());
+    let actuators = has_actuators(scene);
     if let Some(Output { time, .. }) = between
-        && (wheels || !scene.docking.is_empty())
+        && (actuators || !scene.docking.is_empty())
     {
         return Err(PyValueError::new_err(format!(
-            "`t_eval` has {time} s, expected whole numbers of steps of {step} s where bodies dock or have wheels"
+            "`t_eval` has {time} s, expected whole numbers of steps of {step} s where bodies dock or have actuators"
         )));
     }
     Ok(outputs)
+}
+
+fn has_actuators(scene: &Scene) -> bool {
+    scene.bodies.iter().any(|named| named.body.has_actuators())
 }
 
 /// Why a flight ends early.
@@ -205,7 +209,10 @@ impl Run<'_> {
             advance(flight, output.step)?;
             if output.part == 0.0 {
                 self.keep(output.time, flight.states(), flight.loads());
-                self.samples.wheels.extend(flight.wheel_states());
+                if has_actuators(&self.flown.scene) {
+                    let states = ActuatorStates::of(flight.system());
+                    self.samples.actuators.push(states);
+                }
                 continue;
             }
             // What acts in a step is known when it has been made.

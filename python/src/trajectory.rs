@@ -2,8 +2,8 @@
 
 use std::sync::Arc;
 
+use lgvi_dynamics::ActuatorStates;
 use lgvi_dynamics::docking::Docked;
-use lgvi_dynamics::wheels::WheelState;
 use lgvi_dynamics::{BodyState, Invariants, Load};
 use lgvi_scene::Scene;
 use pyo3::exceptions::PyIndexError;
@@ -23,8 +23,8 @@ pub(crate) struct Samples {
     pub(crate) states: Vec<BodyState>,
     /// What acted in the step before each sample; of all bodies, sample by sample.
     pub(crate) loads: Vec<Load>,
-    /// Of all wheels, sample by sample.
-    pub(crate) wheels: Vec<WheelState>,
+    /// Sample by sample; none where no body has actuators.
+    pub(crate) actuators: Vec<ActuatorStates>,
     pub(crate) docked: Vec<Docked>,
 }
 
@@ -103,12 +103,11 @@ impl Trajectory {
     /// The invariants of all samples, in the scene's units.
     fn invariants<const N: usize>(&self, of: impl Fn(&Invariants) -> [f64; N]) -> Vec<f64> {
         let mut system = self.scene.system();
-        let count = system.wheel_states().count();
-        let mut wheels = self.samples.wheels.chunks(count.max(1));
+        let mut actuators = self.samples.actuators.iter();
         let each = self.samples.states.chunks(self.scene.bodies.len());
         let each = each.flat_map(|states| {
-            if let Some(wheels) = wheels.next() {
-                system.set_wheel_states(wheels);
+            if let Some(states) = actuators.next() {
+                system.set_actuator_states(states);
             }
             of(&Invariants::of(&system, states))
         });

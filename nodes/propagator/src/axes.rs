@@ -25,14 +25,6 @@ impl Axes {
         Some(Self::Body(body))
     }
 
-    /// The name of their frame.
-    pub(crate) fn frame(self, scene: &Scene) -> &str {
-        match self {
-            Self::Split | Self::Inertial => &scene.frame,
-            Self::Body(index) => &scene.bodies[index].frame,
-        }
-    }
-
     /// Converts a load on `body` that is given in these axes: the force to the inertial frame, the moment to the frame of the
     /// body. `attitude` has the rotation matrix from the frame of the body of an index to the inertial one.
     pub fn load(self, body: usize, load: &Load, attitude: impl Fn(usize) -> Matrix3<f64>) -> Load {

@@ -229,6 +229,7 @@ impl Flight {
     }
 
     /// Whether a sequence acts on a target in the present step.
+    #[cfg(feature = "node")]
     pub(crate) fn acts(&self, target: Target) -> bool {
         let step = self.simulation.step();
         let channel = target.index(self.loads.len());

@@ -25,20 +25,6 @@ impl Target {
             Self::Actuators(Actuators::Thrusters, body) => 2 * bodies + body,
         }
     }
-
-    /// What the log calls a command for it.
-    pub(crate) fn describe(self, scene: &Scene) -> String {
-        match self {
-            Self::Body(body) => format!("wrench on {}", scene.bodies[body].name),
-            Self::Actuators(actuators, body) => {
-                format!(
-                    "command for the {} of {}",
-                    actuators.name(),
-                    scene.bodies[body].name
-                )
-            }
-        }
-    }
 }
 
 /// The actuators of a body that are commanded together.
@@ -80,15 +66,6 @@ impl Actuators {
         match self {
             Self::Wheels => "wheels",
             Self::Thrusters => "thrusters",
-        }
-    }
-
-    /// The topic on which a body's are commanded.
-    pub(crate) fn topic(self, scene: &Scene, body: usize) -> String {
-        let name = &scene.bodies[body].name;
-        match self {
-            Self::Wheels => format!("~/wheel_torque/{name}"),
-            Self::Thrusters => format!("~/thrust/{name}"),
         }
     }
 }

@@ -49,3 +49,19 @@ impl Command {
         }
     }
 }
+
+impl Target {
+    /// What the log calls a command for it.
+    pub(crate) fn describe(self, scene: &Scene) -> String {
+        match self {
+            Self::Body(body) => format!("wrench on {}", scene.bodies[body].name),
+            Self::Actuators(actuators, body) => {
+                format!(
+                    "command for the {} of {}",
+                    actuators.name(),
+                    scene.bodies[body].name
+                )
+            }
+        }
+    }
+}

@@ -12,6 +12,17 @@ use thiserror::Error;
 use crate::node::wrench::Terms;
 use crate::target::Actuators;
 
+impl Actuators {
+    /// The topic on which a body's are commanded.
+    pub(crate) fn topic(self, scene: &Scene, body: usize) -> String {
+        let name = &scene.bodies[body].name;
+        match self {
+            Self::Wheels => format!("~/wheel_torque/{name}"),
+            Self::Thrusters => format!("~/thrust/{name}"),
+        }
+    }
+}
+
 /// Efforts of the wheels or thrusters of a body.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Efforts {

@@ -180,6 +180,16 @@ impl Wrench {
     }
 }
 
+impl Axes {
+    /// The name of their frame.
+    pub(crate) fn frame(self, scene: &Scene) -> &str {
+        match self {
+            Self::Split | Self::Inertial => &scene.frame,
+            Self::Body(index) => &scene.bodies[index].frame,
+        }
+    }
+}
+
 /// The vector, no longer than `limit`.
 fn within(limit: f64, vector: Vector3<f64>) -> Vector3<f64> {
     let largest = vector.amax();

@@ -4,12 +4,10 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
 
-use lgvi_middleware::ros::{Publisher, Qos, Subscription};
 use lgvi_msgs::geometry_msgs::InertiaStamped;
 use lgvi_msgs::msg::{ControlSequence, SystemState};
-use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::sensor_msgs::{Imu, JointState};
-use lgvi_tests::{PATIENCE, Process, Recording, World, edited};
+use lgvi_tests::{EffortController, Recording, World, edited};
 
 const STATE: &str = "/lgvi_propagator/state";
 const FLOWN: &str = "/lgvi_propagator/flown_control";
@@ -45,55 +43,14 @@ fn scene(world: &World) -> PathBuf {
     edited(world, "free_body", &changes)
 }
 
-/// A controller and the flight that it commands.
-struct Flight {
-    flight: Process,
-    odometry: Subscription<Odometry>,
-    thrust: Publisher<JointState>,
-}
-
-impl Flight {
-    fn start(world: &World, bag: &str, arguments: &[&str]) -> Self {
-        let ros = world.ros_node("controller");
-        let odometry = ros
-            .subscription("/lgvi_propagator/odometry/body", &Qos::reliable(1000))
-            .unwrap();
-        let thrust = ros
-            .publisher("/lgvi_propagator/thrust/body", &Qos::reliable(10))
-            .unwrap();
-        let flight = world.start_flight(&scene(world), bag, arguments);
-        Self {
-            flight,
-            odometry,
-            thrust,
-        }
-    }
-
-    /// The next odometry.
-    fn state(&self) -> Odometry {
-        let message = self.odometry.recv_timeout(PATIENCE).unwrap();
-        message.expect("odometry").message
-    }
-}
-
-fn thrust(state: &Odometry, named: &[(&str, f64)]) -> JointState {
-    JointState {
-        header: state.header.clone(),
-        name: named.iter().map(|(name, _)| (*name).into()).collect(),
-        effort: named.iter().map(|(_, force)| *force).collect(),
-        ..JointState::default()
-    }
-}
-
 /// Flies with a controller that fires the main thruster more and more, and takes its time to answer.
 fn fly_in_lockstep(world: &World, bag: &str, thinks: Duration) -> PathBuf {
     let arguments = ["--await-thrust", "body", "--control-period", "0.1"];
-    let flight = Flight::start(world, bag, &arguments);
+    let flight = EffortController::start(world, "thrust", &scene(world), bag, &arguments);
     for number in 0..STEPS / 10 {
         let state = flight.state();
         sleep(thinks);
-        let message = thrust(&state, &[("main", 0.01 * number as f64)]);
-        flight.thrust.publish(&message).unwrap();
+        flight.answer(&state, &[("main", 0.01 * number as f64)]);
     }
     flight.flight.finish().expect(0);
     world.path(bag)
@@ -157,12 +114,16 @@ fn in_lockstep_pulses_push_and_use_propellant() {
 #[test]
 fn thrust_ends_after_its_time_and_wrong_ones_are_refused() {
     let world = World::new();
-    let flight = Flight::start(&world, "bag", &["--real-time-factor", "1"]);
+    let flight = EffortController::start(
+        &world,
+        "thrust",
+        &scene(&world),
+        "bag",
+        &["--real-time-factor", "1"],
+    );
     let state = flight.state();
-    let message = thrust(&state, &[("side", 0.1)]);
-    flight.thrust.publish(&message).unwrap();
-    let message = thrust(&state, &[("third", 0.1)]);
-    flight.thrust.publish(&message).unwrap();
+    flight.answer(&state, &[("side", 0.1)]);
+    flight.answer(&state, &[("third", 0.1)]);
     flight.flight.await_stderr(
         "command for the thrusters of body refused: `name` contains \"third\", expected thrusters of the body: main, side",
     );

@@ -4,11 +4,9 @@ use std::path::{Path, PathBuf};
 use std::thread::sleep;
 use std::time::Duration;
 
-use lgvi_middleware::ros::{Publisher, Qos, Subscription};
 use lgvi_msgs::msg::{ControlSequence, Invariants, SystemState};
-use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::sensor_msgs::JointState;
-use lgvi_tests::{PATIENCE, Process, Recording, World, edited};
+use lgvi_tests::{EffortController, Recording, World, edited, efforts};
 
 const STATE: &str = "/lgvi_propagator/state";
 const FLOWN: &str = "/lgvi_propagator/flown_control";
@@ -31,56 +29,15 @@ fn scene(world: &World) -> PathBuf {
     edited(world, "free_body", &changes)
 }
 
-/// A controller and the flight that it commands.
-struct Flight {
-    flight: Process,
-    odometry: Subscription<Odometry>,
-    torque: Publisher<JointState>,
-}
-
-impl Flight {
-    fn start(world: &World, bag: &str, arguments: &[&str]) -> Self {
-        let ros = world.ros_node("controller");
-        let odometry = ros
-            .subscription("/lgvi_propagator/odometry/body", &Qos::reliable(1000))
-            .unwrap();
-        let torque = ros
-            .publisher("/lgvi_propagator/wheel_torque/body", &Qos::reliable(10))
-            .unwrap();
-        let flight = world.start_flight(&scene(world), bag, arguments);
-        Self {
-            flight,
-            odometry,
-            torque,
-        }
-    }
-
-    /// The next odometry.
-    fn state(&self) -> Odometry {
-        let message = self.odometry.recv_timeout(PATIENCE).unwrap();
-        message.expect("odometry").message
-    }
-}
-
-fn torques(state: &Odometry, named: &[(&str, f64)]) -> JointState {
-    JointState {
-        header: state.header.clone(),
-        name: named.iter().map(|(name, _)| (*name).into()).collect(),
-        effort: named.iter().map(|(_, torque)| *torque).collect(),
-        ..JointState::default()
-    }
-}
-
 /// Flies with a controller that speeds the wheels up, and takes its time to answer.
 fn fly_in_lockstep(world: &World, bag: &str, thinks: Duration) -> PathBuf {
     let arguments = ["--await-wheels", "body", "--control-period", "0.1"];
-    let flight = Flight::start(world, bag, &arguments);
+    let flight = EffortController::start(world, "wheel_torque", &scene(world), bag, &arguments);
     for number in 0..STEPS / 10 {
         let state = flight.state();
         sleep(thinks);
         let first = if number < 10 { 0.2 } else { -2.0 };
-        let message = torques(&state, &[("slow", 0.3), ("fast", first)]);
-        flight.torque.publish(&message).unwrap();
+        flight.answer(&state, &[("slow", 0.3), ("fast", first)]);
     }
     flight.flight.finish().expect(0);
     world.path(bag)
@@ -154,19 +111,22 @@ fn in_lockstep_wheels_turn_the_body_and_the_total_momentum_stays() {
 #[test]
 fn torques_end_after_their_time_and_wrong_ones_are_refused() {
     let world = World::new();
-    let flight = Flight::start(&world, "bag", &["--real-time-factor", "1"]);
+    let flight = EffortController::start(
+        &world,
+        "wheel_torque",
+        &scene(&world),
+        "bag",
+        &["--real-time-factor", "1"],
+    );
     let state = flight.state();
     let refused = |named: &[(&str, f64)], says: &str| {
-        flight.torque.publish(&torques(&state, named)).unwrap();
+        flight.answer(&state, named);
         flight
             .flight
             .await_stderr(&format!("command for the wheels of body refused: {says}"));
         sleep(Duration::from_millis(1050));
     };
-    flight
-        .torque
-        .publish(&torques(&state, &[("fast", 0.1)]))
-        .unwrap();
+    flight.answer(&state, &[("fast", 0.1)]);
     refused(
         &[("third", 0.1)],
         "`name` contains \"third\", expected wheels of the body: fast, slow",
@@ -175,9 +135,9 @@ fn torques_end_after_their_time_and_wrong_ones_are_refused() {
         &[("slow", f64::NAN)],
         "`effort` of slow is NaN, expected a finite number",
     );
-    let mut message = torques(&state, &[("slow", 0.1)]);
+    let mut message = efforts(&state, &[("slow", 0.1)]);
     message.effort.clear();
-    flight.torque.publish(&message).unwrap();
+    flight.efforts.publish(&message).unwrap();
     flight
         .flight
         .await_stderr("1 elements in `name` and 0 in `effort`, expected the same number");

@@ -2,6 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
+mod actuated;
 mod auto;
 mod baselines;
 mod case;

@@ -8,29 +8,7 @@ use lgvi_dynamics::{
     BodyState, Inertia, Load, Method, MethodError, PointMass, RigidBody, Simulation, System,
 };
 
-const METHODS: [Method; 11] = [
-    Method::ExplicitMidpoint,
-    Method::ImplicitMidpoint,
-    Method::CrouchGrossman,
-    Method::Lgvi(Rotor::Discrete),
-    Method::Lgvi(Rotor::Exact),
-    Method::Composition {
-        order: 4,
-        rotor: Rotor::Discrete,
-    },
-    Method::Composition {
-        order: 6,
-        rotor: Rotor::Exact,
-    },
-    Method::Nystrom { order: 6 },
-    Method::RungeKutta4,
-    Method::DormandPrince853 { tolerance: 1e-13 },
-    Method::Fehlberg78 { tolerance: 1e-13 },
-];
-
-fn random(rng: &mut fastrand::Rng, scale: f64) -> Vector3<f64> {
-    Vector3::from_fn(|_, _| scale * (2.0 * rng.f64() - 1.0))
-}
+use crate::actuated::{METHODS, random};
 
 /// A body of random shape with three or four skew wheels, and its inertia with locked wheels.
 struct Craft {

@@ -5,7 +5,10 @@ use lgvi_lie::to_quaternion;
 use lgvi_scene::Scene;
 use nalgebra::Vector3;
 use numpy::ndarray::{ArrayD, IxDyn};
-use numpy::{AllowTypeChange, IntoPyArray, PyArrayDyn, PyArrayLike1, PyArrayLike2, PyArrayLikeDyn};
+use numpy::{
+    AllowTypeChange, IntoPyArray, PyArrayDyn, PyArrayLike1, PyArrayLike2, PyArrayLikeDyn,
+    PyUntypedArray,
+};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
@@ -90,10 +93,21 @@ pub(crate) fn forces(scene: &Scene, loads: &[Load]) -> [Vec<f64>; 2] {
     ]
 }
 
+/// The same, or a copy of an array whose elements are not aligned, as in packed records: its strides are no whole numbers of
+/// elements.
+pub(crate) fn aligned<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    match object.cast::<PyUntypedArray>() {
+        Ok(array) if !array.getattr("flags")?.get_item("ALIGNED")?.is_truthy()? => {
+            array.call_method0("copy")
+        }
+        _ => Ok(object.clone()),
+    }
+}
+
 /// Reads an array of rows of `width` numbers.
 pub(crate) fn rows(object: &Bound<'_, PyAny>, name: &str, width: usize) -> PyResult<Vec<f64>> {
     let expected = || format!("`{name}`, expected an array of shape (n, {width})");
-    let array: PyArrayLike2<'_, f64, AllowTypeChange> = object
+    let array: PyArrayLike2<'_, f64, AllowTypeChange> = aligned(object)?
         .extract()
         .map_err(|error| PyValueError::new_err(format!("{}: {error}", expected())))?;
     let array = array.as_array();
@@ -108,9 +122,10 @@ pub(crate) fn rows(object: &Bound<'_, PyAny>, name: &str, width: usize) -> PyRes
 
 /// Reads an array of one dimension.
 pub(crate) fn numbers(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
-    let array: PyArrayLike1<'_, f64, AllowTypeChange> = object.extract().map_err(|error| {
-        PyValueError::new_err(format!("`{name}`, expected an array of numbers: {error}"))
-    })?;
+    let array: PyArrayLike1<'_, f64, AllowTypeChange> =
+        aligned(object)?.extract().map_err(|error| {
+            PyValueError::new_err(format!("`{name}`, expected an array of numbers: {error}"))
+        })?;
     Ok(array.as_array().iter().copied().collect())
 }
 
@@ -135,11 +150,12 @@ pub(crate) fn wrenches(scene: &Scene, object: &Bound<'_, PyAny>) -> PyResult<Vec
         }
         return Ok(loads);
     }
-    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> = object.extract().map_err(|error| {
-        PyValueError::new_err(format!(
-            "the wrench is no array of shape ({bodies}, 6), dict or None: {error}"
-        ))
-    })?;
+    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> =
+        aligned(object)?.extract().map_err(|error| {
+            PyValueError::new_err(format!(
+                "the wrench is no array of shape ({bodies}, 6), dict or None: {error}"
+            ))
+        })?;
     let array = array.as_array();
     let fits = *array.shape() == [bodies, 6] || (bodies == 1 && *array.shape() == [6]);
     if !fits {

@@ -17,8 +17,10 @@ use crate::watch::Watch;
 /// Steps between two looks at the clock.
 const LOOK: u64 = 32;
 
-/// By how much a time may miss a step's and still be that of the step, in steps.
-const ON_STEP: f64 = 1e-9;
+/// By how much a time may miss that of the step with this number and still be that of the step, in steps.
+fn near(step: f64) -> f64 {
+    1e-9 + 4.0 * f64::EPSILON * step
+}
 
 /// The most states that are kept unless times are asked for: some 3 GB.
 const MOST_STATES: u64 = 1 << 24;
@@ -63,14 +65,14 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
     for (index, time) in times.into_iter().enumerate() {
         let steps = time / step;
         let latest = outputs.last().map_or(0.0, |output| output.time);
-        let within = time >= latest && steps <= scene.steps as f64 + ON_STEP;
+        let within = time >= latest && steps <= scene.steps as f64 + near(steps);
         if !within {
             return Err(PyValueError::new_err(format!(
                 "`t_eval[{index}]` is {time} s, expected increasing times from 0 to {end} s"
             )));
         }
         let nearest = steps.round();
-        let output = if (steps - nearest).abs() <= ON_STEP {
+        let output = if (steps - nearest).abs() <= near(steps) {
             on_step(nearest as u64)
         } else {
             Output {
@@ -282,7 +284,7 @@ fn advance(
             let made = flight.advance();
             made.map_err(|error| End::Step(step, error))?;
         }
-        if until.is_multiple_of(LOOK) && !watch.go_on(until as f64 / scene.steps as f64) {
+        if !watch.go_on(until as f64 / scene.steps as f64) {
             return Err(End::Watched);
         }
     }

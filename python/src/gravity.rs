@@ -8,7 +8,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::{array, forces};
+use crate::arrays::{aligned, array, forces};
 use crate::lie::rotation;
 
 /// Evaluates gravity on the scene's bodies: forces, moments and potentials, in SI.
@@ -69,11 +69,12 @@ fn blocks<const N: usize>(
     name: &str,
     bodies: usize,
 ) -> PyResult<Vec<[f64; N]>> {
-    let array: PyArrayLike3<'_, f64, AllowTypeChange> = object.extract().map_err(|error| {
-        PyValueError::new_err(format!(
-            "`{name}`, expected an array of shape (n, {bodies}, {N}): {error}"
-        ))
-    })?;
+    let array: PyArrayLike3<'_, f64, AllowTypeChange> =
+        aligned(object)?.extract().map_err(|error| {
+            PyValueError::new_err(format!(
+                "`{name}`, expected an array of shape (n, {bodies}, {N}): {error}"
+            ))
+        })?;
     let array = array.as_array();
     if array.shape()[1..] != [bodies, N] {
         let shape = array.shape();

@@ -110,8 +110,24 @@ fn begin(scene: &Scene, state: &State) -> PyResult<(u64, lgvi_dynamics::BodyStat
         };
         names(&state.scene) == names(scene) && state.scene.units == scene.units
     });
-    let body = body.ok_or_else(|| refuse("`state` is of another scene, expected one of this"))?;
-    Ok((step, *body))
+    let found = body.ok_or_else(|| refuse("`state` is of another scene, expected one of this"))?;
+    if state.scene.h() != scene.h() {
+        let (found, expected) = (state.scene.seconds(1), scene.seconds(1));
+        return Err(refuse(&format!(
+            "`state` is of a scene with steps of {found} s, expected {expected} s"
+        )));
+    }
+    // The same motion of this scene's body, whose mass and inertia may be others.
+    let [own, other] = [scene, &state.scene].map(|scene| &scene.bodies[maneuver.body].body);
+    let body = lgvi_dynamics::BodyState::from_velocities(
+        own,
+        found.position,
+        found.velocity(other),
+        found.attitude,
+        found.angular_velocity(other),
+    );
+    let same = own.mass() == other.mass() && own.inertia() == other.inertia();
+    Ok((step, if same { *found } else { body }))
 }
 
 #[pymethods]

@@ -67,7 +67,7 @@ impl Scene {
             })
         });
         match choice {
-            Ok(choice) => Ok(Some(choice)),
+            Ok(choice) => watch.end(py).map(|()| Some(choice)),
             Err(ChoiceError::Interrupted) => Err(watch
                 .end(py)
                 .err()
@@ -255,9 +255,11 @@ impl Scene {
     /// period_s : float, optional
     ///     Period of a controller (s), a whole number of steps; one by default.
     /// force : callable, optional
-    ///     A function `force(state)` that returns a wrench as a controller does. It is evaluated wherever the integrator
-    ///     evaluates gravity, so that the order of the integrator holds. Slow: each evaluation calls Python, which takes some
-    ///     10 µs, and a step has up to 30 of them.
+    ///     A function `force(state)` of positions and attitudes that returns a wrench as a controller does. It is evaluated
+    ///     wherever the integrator evaluates gravity, so that the order of the integrator holds. In splittings such as LGVI,
+    ///     velocities and rates in `state` may be those of another time within the step: a force that depends on them, such as
+    ///     drag, is of first order there, and of the order of the method with Runge–Kutta methods. Not for `closed_form` and
+    ///     `taylor`. Slow: each evaluation calls Python, which takes some 10 µs, and a step has up to 30 of them.
     ///
     /// Raises
     /// ------

@@ -238,7 +238,7 @@ impl Trajectory {
 
     /// All arrays and their dimensions, as `xarray.Dataset.from_dict` takes them.
     ///
-    /// Coordinates are `time_s`, `body`, `axis` (x, y, z) and `component` (x, y, z, w).
+    /// Coordinates are `time_s`, `body`, `axis` and `body_axis` (x, y, z), and `component` (x, y, z, w).
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let variable = |dims: &[&str], data: Bound<'py, PyAny>| {
             let entry = PyDict::new(py);
@@ -249,11 +249,13 @@ impl Trajectory {
         let variables = PyDict::new(py);
         let of_bodies: &[&str] = &["time_s", "body", "axis"];
         let quaternions: &[&str] = &["time_s", "body", "component"];
+        let rotations: &[&str] = &["time_s", "body", "axis", "body_axis"];
         let vectors: &[&str] = &["time_s", "axis"];
         for (name, dims, data) in [
             ("position_m", of_bodies, self.position_m(py)?),
             ("velocity_m_s", of_bodies, self.velocity_m_s(py)?),
             ("attitude_xyzw", quaternions, self.attitude_xyzw(py)?),
+            ("rotation", rotations, self.rotation(py)?),
             (
                 "angular_velocity_rad_s",
                 of_bodies,
@@ -262,6 +264,11 @@ impl Trajectory {
             ("force_n", of_bodies, self.force_n(py)?),
             ("moment_n_m", of_bodies, self.moment_n_m(py)?),
             ("energy_j", &["time_s"], self.energy_j(py)?),
+            (
+                "orthogonality_error",
+                &["time_s"],
+                self.orthogonality_error(py)?,
+            ),
             (
                 "linear_momentum_kg_m_s",
                 vectors,
@@ -282,6 +289,7 @@ impl Trajectory {
             ("time_s", self.time_s(py)?),
             ("body", names(&bodies)?),
             ("axis", names(&["x", "y", "z"])?),
+            ("body_axis", names(&["x", "y", "z"])?),
             ("component", names(&["x", "y", "z", "w"])?),
         ] {
             coordinates.set_item(name, variable(&[name], data)?)?;

@@ -65,7 +65,7 @@ def test_a_damaged_bag_is_recovered(bags: Path, tmp_path: Path) -> None:
     data = file.read_bytes()
     file.write_bytes(data[:-200])
     recovery = lgvi.Bag.recover(tmp_path / "damaged", tmp_path / "recovered")
-    assert recovery["bag"] == str(tmp_path / "recovered") or Path(recovery["bag"]) == tmp_path / "recovered"
+    assert Path(recovery["bag"]) == tmp_path / "recovered"
     assert recovery["messages"]["/lgvi_propagator/state"] > 0
     assert lgvi.Bag(tmp_path / "recovered").verify()["outcome"] in ("agrees", "incomplete")
     with pytest.raises(lgvi.BagError, match="exists"):

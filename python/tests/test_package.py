@@ -132,7 +132,10 @@ def test_bodies_dock(scenes: Path) -> None:
 
 
 def test_wheels_turn_the_body(scenes: Path) -> None:
-    scene = lgvi.Scene.load(scenes / "wheel_slew.toml")
+    text = (scenes / "wheel_slew.toml").read_text()
+    gravity = text[text.index("[gravity.central]") : text.index("[[bodies]]")]
+    text = text.replace(gravity, "").replace("velocity = [0.0, 946.0, 7553.0]", "velocity = [0, 0, 0]")
+    scene = lgvi.Scene.from_toml(text.replace("position = [6878137.0, 0.0, 0.0]", "position = [0, 0, 0]"))
     count = scene.text.count("[[bodies.wheels]]")
     torque = np.full((50, count), 1e-4)
     still, pushed = scene.fly(t_eval=[10.0]), scene.fly(
@@ -140,5 +143,5 @@ def test_wheels_turn_the_body(scenes: Path) -> None:
     )
     assert np.abs(pushed.angular_velocity_rad_s - still.angular_velocity_rad_s).max() > 1e-8
     np.testing.assert_allclose(
-        pushed.angular_momentum_kg_m2_s, still.angular_momentum_kg_m2_s, atol=1e-9
+        pushed.angular_momentum_kg_m2_s, still.angular_momentum_kg_m2_s, rtol=0, atol=1e-13
     )

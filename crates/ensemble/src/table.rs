@@ -61,7 +61,8 @@ impl Columns {
         let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
         let mut cells = Cells::default();
         columns.start(&mut cells, scene, &nominal);
-        finish(&mut cells, scene, &scene.system(), [&states, &states]);
+        let system = scene.system();
+        finish(&mut cells, scene, [(&system, states.as_slice()); 2]);
         columns.names = cells.names;
         columns
     }
@@ -83,7 +84,14 @@ impl Columns {
         let (steps, failure) = match flight {
             Ok(Ends { member, outcome }) => {
                 let Member { system, states, .. } = member;
-                finish(&mut cells, scene, system, [states, &outcome.states]);
+                finish(
+                    &mut cells,
+                    scene,
+                    [
+                        (system, states.as_slice()),
+                        (system, outcome.states.as_slice()),
+                    ],
+                );
                 let failure = outcome.failure;
                 (
                     outcome.steps,
@@ -152,18 +160,19 @@ impl Columns {
     }
 }
 
-/// The results of a flight from the first to the second states, with the names of their columns: the final state of each body,
-/// the relative changes of energy and momenta, and by how much a maneuver misses its target; all in SI.
-pub fn ends(scene: &Scene, system: &System, states: [&[BodyState]; 2]) -> Vec<(String, f64)> {
+/// The results of a flight from the first to the second system and states, with the names of their columns: the final state of
+/// each body, the relative changes of energy and momenta, and by how much a maneuver misses its target; all in SI.
+pub fn ends(scene: &Scene, ends: [(&System, &[BodyState]); 2]) -> Vec<(String, f64)> {
     let mut cells = Cells::default();
-    finish(&mut cells, scene, system, states);
+    finish(&mut cells, scene, ends);
     cells.names.into_iter().zip(cells.numbers).collect()
 }
 
 /// Adds the results of a flight from the first to the second states.
-fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyState]; 2]) {
+fn finish(cells: &mut Cells, scene: &Scene, ends: [(&System, &[BodyState]); 2]) {
     let Units { length, time, .. } = scene.units;
-    for ((named, body), state) in scene.bodies.iter().zip(system.bodies()).zip(states[1]) {
+    let (system, last) = ends[1];
+    for ((named, body), state) in scene.bodies.iter().zip(system.bodies()).zip(last) {
         let name = |what: &str| format!("{}.final.{what}", named.name);
         cells.vector(&name("position"), &(state.position * length));
         cells.vector(&name("velocity"), &(state.velocity(body) * (length / time)));
@@ -175,10 +184,9 @@ fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyStat
             &(state.angular_velocity(body) / time),
         );
     }
-    changes(cells, system, states);
+    changes(cells, ends);
     if let Some(maneuver) = &scene.maneuver
-        && let Some(miss) =
-            scene.miss_of(&system.bodies()[maneuver.body], &states[1][maneuver.body])
+        && let Some(miss) = scene.miss_of(&system.bodies()[maneuver.body], &last[maneuver.body])
     {
         let units = &scene.units;
         for (row, (name, unit)) in [
@@ -198,10 +206,10 @@ fn finish(cells: &mut Cells, scene: &Scene, system: &System, states: [&[BodyStat
 
 /// Adds the relative changes of energy and momenta. The reference is the sum of the magnitudes of their terms, at the
 /// start or the end, whichever is greater. It stays meaningful if terms cancel or are zero at the start.
-fn changes(cells: &mut Cells, system: &System, states: [&[BodyState]; 2]) {
-    let [from, to] = states.map(|states| Invariants::of(system, states));
-    let sizes = [(states[0], from.energy), (states[1], to.energy)]
-        .map(|(states, energy)| terms(system, states, energy));
+fn changes(cells: &mut Cells, ends: [(&System, &[BodyState]); 2]) {
+    let [from, to] = ends.map(|(system, states)| Invariants::of(system, states));
+    let sizes = [(ends[0], from.energy), (ends[1], to.energy)]
+        .map(|((system, states), energy)| terms(system, states, energy));
     let [energy, linear, angular] = [0, 1, 2].map(|which| sizes[0][which].max(sizes[1][which]));
     // A change is at most twice the reference, so that a reference of zero implies a change of zero.
     let relative = |change: f64, size: f64| if change == 0.0 { 0.0 } else { change / size };

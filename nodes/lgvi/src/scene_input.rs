@@ -59,8 +59,12 @@ impl SceneInput {
     fn compile(&self, further: &[(String, String)]) -> Result<(String, Scene), NodeError> {
         let mut text = read_scene(&self.scene)?;
         let changes = || self.set.iter().chain(further);
-        for (key, value) in changes() {
-            text = set_key(&text, key, value).map_err(NodeError::from)?;
+        for (key, value) in &self.set {
+            text = set_key(&text, key, value)?;
+        }
+        for (key, value) in further {
+            text = set_key(&text, key, value)
+                .map_err(|error| NodeError::Input(format!("--vary {error}")))?;
         }
         // Lines and values that an error names are those after the changes.
         let scene = parse_scene(&self.scene, &text).map_err(|error| {

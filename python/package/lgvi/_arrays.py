@@ -39,8 +39,16 @@ def apply_to_pairs(
     return function(rows_a, rows_b).reshape(leading + result)
 
 
+def numbers(name: str, value: ArrayLike) -> NDArray[Any]:
+    """An array of real numbers, as it is."""
+    array = np.asarray(value)
+    if array.dtype.kind not in "biuf":
+        raise TypeError(f"`{name}` has the type {array.dtype}, expected real numbers")
+    return array
+
+
 def _split(name: str, value: ArrayLike, shape: tuple[int, ...]) -> tuple[Floats, tuple[int, ...]]:
-    array = np.asarray(value, dtype=float)
+    array = np.require(numbers(name, value), float, ["ALIGNED", "C_CONTIGUOUS"])
     leading = array.shape[: max(array.ndim - len(shape), 0)]
     if array.shape != leading + shape:
         expected = ", ".join(map(str, shape))

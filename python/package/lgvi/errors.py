@@ -52,7 +52,7 @@ class FlightError(LgviError, RuntimeError):
         Time at the start of the step (s).
     """
 
-    def __init__(self, message: str, step: int, time_s: float) -> None:
+    def __init__(self, message: str, step: int = 0, time_s: float = 0.0) -> None:
         super().__init__(message)
         self.step = step
         self.time_s = time_s
@@ -71,7 +71,7 @@ class PlanError(LgviError, RuntimeError):
         ``"infeasible"``, ``"not_converged"`` or ``"refused"``.
     """
 
-    def __init__(self, message: str, reason: str) -> None:
+    def __init__(self, message: str, reason: str = "refused") -> None:
         super().__init__(message)
         self.reason = reason
 

@@ -1,6 +1,7 @@
 //! What a bag tells over time, for the page.
 
 use lgvi_dynamics::Load;
+use lgvi_scene::Scene;
 use serde::Serialize;
 
 use super::packed::{FrameMotion, Packed};
@@ -49,6 +50,13 @@ struct Motion {
     linear_momentum: Packed,
     /// (kg m²/s), body frame, about the center of mass or the pivot.
     angular_momentum: Packed,
+    #[serde(flatten)]
+    rates: Option<Rates>,
+}
+
+/// What does not follow from the momenta where mass and inertia change.
+#[derive(Default, Serialize)]
+struct Rates {
     /// (m/s), inertial frame.
     velocity: Packed,
     /// (rad/s), body frame.
@@ -115,7 +123,7 @@ impl<'a> Flight<'a> {
             flight.energy.total.push(&[energy.total]);
         }
         let bodies = 0..scene.bodies.len();
-        flight.bodies = bodies.map(|body| motion(&samples, body)).collect();
+        flight.bodies = bodies.map(|body| motion(scene, &samples, body)).collect();
         flight
     }
 
@@ -125,15 +133,20 @@ impl<'a> Flight<'a> {
     }
 }
 
-fn motion(samples: &[&Sample], body: usize) -> Motion {
-    let mut motion = Motion::default();
+fn motion(scene: &Scene, samples: &[&Sample], body: usize) -> Motion {
+    let mut motion = Motion {
+        rates: scene.bodies[body].has_propellant().then(Rates::default),
+        ..Motion::default()
+    };
     for sample in samples {
         let pose = &sample.bodies[body];
         motion.frame.push(&pose.position, &pose.attitude);
         motion.linear_momentum.push(pose.linear_momentum.as_slice());
         motion.angular_momentum.push(pose.spin.as_slice());
-        motion.velocity.push(pose.velocity.as_slice());
-        motion.angular_velocity.push(pose.rate.as_slice());
+        if let Some(rates) = &mut motion.rates {
+            rates.velocity.push(pose.velocity.as_slice());
+            rates.angular_velocity.push(pose.rate.as_slice());
+        }
     }
     motion
 }

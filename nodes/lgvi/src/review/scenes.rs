@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 18] = [
+pub const SCENES: [(&str, &str); 19] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -25,6 +25,7 @@ pub const SCENES: [(&str, &str); 18] = [
     shipped!("relative_orbit"),
     shipped!("rocks"),
     shipped!("slew_keep_out"),
+    shipped!("thruster_approach"),
     shipped!("tumbling_target"),
     shipped!("two_dumbbells"),
     shipped!("wheel_slew"),

@@ -57,29 +57,33 @@ impl Flown {
             course: Vec::new(),
             wall_time: 0.0,
         };
-        if let Some(choice) = choose(&scene, Some(shutdown))? {
-            let chosen = Chosen::from(&choice).to_string();
-            scene = scene.decided(&chosen).map_err(NodeError::input)?;
-        }
-        let mut flight = Flight::new(&scene).map_err(NodeError::input)?;
-        if scene.maneuver.is_some() {
-            let plan = lgvi_planner::plan(&scene, &mut |_| !shutdown.requested());
-            match plan {
-                Ok(plan) => {
-                    let message = plan.message(&scene).map_err(NodeError::runtime)?;
-                    let controls =
-                        Controls::of_message(&scene, &message).map_err(NodeError::runtime)?;
-                    flight.accept(controls).map_err(NodeError::runtime)?;
-                }
-                Err(_) if shutdown.requested() => return Err(NodeError::Interrupted),
-                Err(error) => flown.failure = Some(format!("no plan: {error}")),
-            }
-        }
-        if flown.failure.is_none() {
-            flown.fly(&scene, &mut flight, drawn, shutdown)?;
+        match Self::begin(&mut scene, shutdown) {
+            Ok(mut flight) => flown.fly(&scene, &mut flight, drawn, shutdown)?,
+            Err(NodeError::Interrupted) => return Err(NodeError::Interrupted),
+            Err(error) => flown.failure = Some(error.to_string()),
         }
         flown.wall_time = begun.elapsed().as_secs_f64();
         Ok(flown)
+    }
+
+    /// The flight at its start, with its plan.
+    fn begin(scene: &mut Scene, shutdown: &Shutdown) -> Result<Flight, NodeError> {
+        if let Some(choice) = choose(scene, Some(shutdown))? {
+            let chosen = Chosen::from(&choice).to_string();
+            *scene = scene.decided(&chosen).map_err(NodeError::input)?;
+        }
+        let mut flight = Flight::new(scene).map_err(NodeError::input)?;
+        if scene.maneuver.is_some() {
+            let plan = lgvi_planner::plan(scene, &mut |_| !shutdown.requested());
+            let plan = plan.map_err(|error| match shutdown.requested() {
+                true => NodeError::Interrupted,
+                false => NodeError::Input(format!("no plan: {error}")),
+            })?;
+            let message = plan.message(scene).map_err(NodeError::runtime)?;
+            let controls = Controls::of_message(scene, &message).map_err(NodeError::runtime)?;
+            flight.accept(controls).map_err(NodeError::runtime)?;
+        }
+        Ok(flight)
     }
 
     fn fly(
@@ -108,7 +112,8 @@ impl Flown {
             }
         }
         self.steps = flight.step();
-        self.ends = lgvi_ensemble::ends(scene, flight.system(), [&start, flight.states()]);
+        let begun = (&scene.system(), start.as_slice());
+        self.ends = lgvi_ensemble::ends(scene, [begun, (flight.system(), flight.states())]);
         Ok(())
     }
 }

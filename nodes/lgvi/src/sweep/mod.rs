@@ -5,6 +5,7 @@ mod picture;
 mod table;
 mod variation;
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -38,7 +39,7 @@ pub(crate) struct Options {
     /// Threads; 0 starts one per core.
     #[arg(long, default_value_t = 0)]
     threads: usize,
-    /// Fly one after another and add the time that each flight took to the table.
+    /// Fly one after another, without a picture, and add the time that each flight took to the table.
     #[arg(long, conflicts_with = "threads")]
     time: bool,
     /// Print the table's rows as JSON.
@@ -63,6 +64,9 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
     let combinations = combinations(&options.vary)?;
     // A value that the scene refuses is told before the first flight.
     for combination in &combinations {
+        if shutdown.requested() {
+            return Err(NodeError::Interrupted);
+        }
         options.input.with(combination.settings())?;
     }
     let name = options.input.load()?.scene.name;
@@ -76,22 +80,23 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
     let flown = fly(options, &combinations, &shutdown)?;
     let table = table::Table::new(&combinations, &flown, options.time)?;
     table.write(&output.join("sweep.csv"))?;
-    let picture = picture::draw(&name, &combinations, &flown)?;
     let path = output.join("sweep.svg");
-    fs::write(&path, picture)
-        .map_err(|error| NodeError::Runtime(format!("cannot write {}: {error}", path.display())))?;
+    if !options.time {
+        let picture = picture::draw(&name, &combinations, &flown)?;
+        fs::write(&path, picture).map_err(|error| {
+            NodeError::Runtime(format!("cannot write {}: {error}", path.display()))
+        })?;
+    }
     if options.json {
         say(&json!({"directory": output, "flights": table.to_json()}))?;
     } else {
         let failed = flown.iter().filter(|flight| flight.failure.is_some());
-        say(&format!(
-            "{}: {} flights, {} failed\n  table     {}\n  picture   {}",
-            name,
-            flown.len(),
-            failed.count(),
-            output.join("sweep.csv").display(),
-            path.display()
-        ))?;
+        let mut text = format!("{name}: {} flights, {} failed", flown.len(), failed.count());
+        text += &format!("\n  table     {}", output.join("sweep.csv").display());
+        if !options.time {
+            text += &format!("\n  picture   {}", path.display());
+        }
+        say(&text)?;
     }
     Ok(ExitCode::SUCCESS)
 }
@@ -134,7 +139,10 @@ fn fly(
     let bar = bars::bar("flying", combinations.len() as u64, "flights");
     let next = AtomicUsize::new(0);
     let places: Vec<_> = combinations.iter().map(|_| Mutex::new(None)).collect();
-    let drawn = picture::drawn(combinations.len());
+    let drawn = match options.time {
+        true => BTreeSet::new(),
+        false => picture::drawn(combinations.len()),
+    };
     let work = || {
         while !shutdown.requested() {
             let index = next.fetch_add(1, Ordering::Relaxed);

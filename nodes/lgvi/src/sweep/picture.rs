@@ -61,7 +61,13 @@ pub(super) fn draw(
     };
     let energy = curves(&|flight, point| {
         let start = flight.course[0].energy;
-        (point.energy - start) / start.abs().max(f64::MIN_POSITIVE)
+        let energies = flight.course.iter().map(|point| point.energy.abs());
+        let size = energies.fold(0.0, f64::max);
+        if size > 0.0 {
+            (point.energy - start) / size
+        } else {
+            0.0
+        }
     });
     let mut panels = vec![Panel::new("Relative change of energy", "", energy)];
     let names = shown

@@ -1,5 +1,6 @@
 //! The table of a sweep: a row for each flight.
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use lgvi_middleware::node::NodeError;
@@ -20,12 +21,10 @@ impl Table {
         flown: &[Flown],
         timed: bool,
     ) -> Result<Self, NodeError> {
-        let mut ends: Vec<&str> = Vec::new();
-        for (name, _) in flown.iter().flat_map(|flight| &flight.ends) {
-            if !ends.contains(&name.as_str()) {
-                ends.push(name);
-            }
-        }
+        let mut seen = BTreeSet::new();
+        let names = flown.iter().flat_map(|flight| &flight.ends);
+        let names = names.map(|(name, _)| name.as_str());
+        let ends: Vec<&str> = names.filter(|name| seen.insert(*name)).collect();
         let settings = combinations.first().map_or(&[][..], Combination::settings);
         let keys = settings.iter().map(|(key, _)| key.as_str());
         let own = ["steps", "failure"].into_iter();
@@ -42,10 +41,11 @@ impl Table {
             if timed {
                 row.push(flight.wall_time.to_string());
             }
+            let own = flight.ends.iter();
+            let own: BTreeMap<_, _> = own.map(|(name, number)| (name.as_str(), number)).collect();
             let end = |column: &&str| {
-                let mut all = flight.ends.iter();
-                let found = all.find(|(name, _)| name == column);
-                found.map_or_else(String::new, |(_, number)| number.to_string())
+                own.get(column)
+                    .map_or_else(String::new, ToString::to_string)
             };
             row.extend(ends.iter().map(end));
             row

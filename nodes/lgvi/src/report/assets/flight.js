@@ -68,7 +68,9 @@ class Flight {
 
   /** Angular velocity (rad/s), body frame. */
   angularVelocity(body, k) {
-    return nth(body.angular_velocity, k);
+    if (body.angular_velocity) return nth(body.angular_velocity, k);
+    const momentum = nth(body.angular_momentum, k);
+    return [0, 1, 2].map((row) => dot(body.inverse_inertia.slice(3 * row, 3 * row + 3), momentum));
   }
 
   /** Control force (N, inertial frame) and moment (N m, body frame) on a body at `t`. */

@@ -191,7 +191,7 @@ class Panels {
     const axes = { centered: "inertial axes", fixed: `axes of ${from.name}`, orbital: `radial (x), transverse (y), normal (z) axes of ${from.name}` }[this.axes];
     const distance = { label: "distance", values: apart.map(norm), color: INK };
     this.vectors(host, `Position of ${of.name} relative to ${from.name}, ${axes}`, "m", apart, this.length, [distance]);
-    const velocity = (body, k) => nth(body.velocity, k);
+    const velocity = (body, k) => (body.velocity ? nth(body.velocity, k) : times(nth(body.linear_momentum, k), 1 / body.mass));
     const speeds = this.each((k) => turned(k, minus(velocity(of, k), velocity(from, k))));
     const speed = { label: "speed", values: speeds.map(norm), color: INK };
     this.vectors(host, `Velocity difference, ${axes}`, "m/s", speeds, this.length / this.duration, [speed]);

@@ -161,7 +161,7 @@ fn what_cannot_be_swept_is_refused_before_the_first_flight() {
     refused(
         &[
             "run.steps=[1, 50000, lin:50000]",
-            "bodies.body.mass=[1, 2, lin:3]",
+            "bodies.body.mass=[1.0, 2.0, lin:3]",
         ],
         "expected at most 100000",
     );

@@ -265,7 +265,7 @@ fn every_malformed_field_is_refused_by_its_name() {
     let cases: [Case; 18] = [
         (
             |m| m.header.frame_id = "craft".into(),
-            "`feedback` is given with `step_size` 0.5 s and `header.frame_id` \"craft\", expected the scene's step",
+            "`feedback` is given with `step_size` 0.5 s, `header.frame_id` \"craft\" and `moment_in_frame` false, expected the scene's step",
         ),
         (
             |m| m.reference[5].name = "moon".into(),

@@ -179,6 +179,9 @@ fn a_control_sequence_of_a_stranger_is_received() {
         }],
         "feedback": [0.5, -0.25],
         "limits": {"force": [1.0, null, 3.0], "moment": [4.0, 5.0, 6.0], "force_norm": null, "moment_norm": 7.0},
+        "moment_in_frame": true,
+        "wheel_torque": [0.125],
+        "thrust": [1.5, 2.5],
     });
     peer.stdin
         .take()
@@ -212,6 +215,9 @@ fn a_control_sequence_of_a_stranger_is_received() {
     assert_eq!(reference.attitude[..4], [0.0, -1.0, 0.0, 1.0]);
     assert_eq!(reference.angular_momentum, [7.0, 8.0, 9.0]);
     assert_eq!(message.feedback, [0.5, -0.25]);
+    assert!(message.moment_in_frame);
+    assert_eq!(message.wheel_torque, [0.125]);
+    assert_eq!(message.thrust, [1.5, 2.5]);
     let limits = &message.limits;
     assert_eq!(limits.force, [1.0, f64::INFINITY, 3.0]);
     assert_eq!(

@@ -18,7 +18,7 @@ from lgvi import distributed
 SAMPLES = 20 * 1024
 TURNS = 5
 # Parts that are there already cost their scheduling and their check alone.
-SMALL = 2000
+SMALL = 1000
 
 
 def seconds(client: Client, directory: Path, **keywords: int) -> float:

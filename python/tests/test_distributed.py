@@ -172,12 +172,27 @@ def test_parts_of_other_ensembles_are_refused(scene: lgvi.Scene, tmp_path: Path)
     first.write_bytes(second.read_bytes())
     with pytest.raises(lgvi.EnsembleError, match="other samples than 0 to 15"):
         distributed.run(scene, 40, path=tmp_path, part=PART)
-    data = bytearray(second.read_bytes())
-    data[len(data) // 2] ^= 1
-    first.unlink()
-    second.write_bytes(data)
+
+
+def test_damaged_parts_are_refused(scene: lgvi.Scene, tmp_path: Path) -> None:
+    distributed.run(scene, 4, path=tmp_path)
+    (file,) = tmp_path.iterdir()
+    good, table = file.read_bytes(), scene.ensemble(4)
+    refused = 0
+    positions = range(0, len(good), len(good) // 80)
+    for position in positions:
+        file.write_bytes(good[:position] + bytes([good[position] ^ 1]) + good[position + 1 :])
+        try:
+            distributed.run(scene, 4, path=tmp_path)
+        except lgvi.EnsembleError:
+            refused += 1
+        else:
+            # What a damaged file is kept for is whole.
+            check(pq.read_table(file), table)
+    assert refused > len(positions) // 2
+    file.write_bytes(good[:-1])
     with pytest.raises(lgvi.EnsembleError, match="damaged"):
-        distributed.run(scene, 40, path=tmp_path, part=PART)
+        distributed.run(scene, 4, path=tmp_path)
 
 
 def test_what_cannot_be_flown_in_parts(scene: lgvi.Scene, spin: lgvi.Scene, tmp_path: Path) -> None:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+import hashlib
 import io
+import json
 import os
 import re
 import uuid
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lgvi.errors import EnsembleError
 from lgvi.results import Table
-
-if TYPE_CHECKING:
-    import pyarrow
 
 Part: TypeAlias = tuple[int, int]
 """The samples from the first number up to, but not including, the second."""
@@ -105,32 +105,44 @@ def _protocols(system: Any) -> tuple[str, ...]:
 def _bytes(table: Table) -> bytes:
     import pyarrow.parquet
 
-    about = {f"lgvi.{key}": str(table.about[key]) for key in _COMMON}
+    about = {f"lgvi.{key}": str(table.about[key]) for key in _COMMON} | {"lgvi.checksum": _checksum(table)}
     file = io.BytesIO()
     arrow = table.to_arrow().replace_schema_metadata(about)
-    pyarrow.parquet.write_table(arrow, file, compression="zstd", write_page_checksum=True)
+    pyarrow.parquet.write_table(arrow, file, compression="zstd", write_statistics=False)
     return file.getvalue()
+
+
+def _checksum(columns: Mapping[str, NDArray[Any]]) -> str:
+    """Return the SHA-256 of all names and values."""
+    digest = hashlib.sha256()
+    for name, column in columns.items():
+        texts = column.dtype.kind in "UO"
+        digest.update(json.dumps([name, column.tolist() if texts else column.dtype.str, len(column)]).encode())
+        if not texts:
+            digest.update(column.tobytes())
+    return digest.hexdigest()
 
 
 def _check(path: str, data: bytes, part: Part, about: Mapping[str, Any]) -> None:
     import pyarrow
     import pyarrow.parquet
 
+    damaged = f"{path} is damaged; it is flown again once it is removed"
     try:
-        table = pyarrow.parquet.read_table(io.BytesIO(data), page_checksum_verification=True)
-    except (pyarrow.ArrowException, OSError) as error:
-        raise EnsembleError(f"{path} is damaged, and is flown again once it is removed: {error}") from error
-    found: dict[bytes, bytes] = table.schema.metadata or {}
+        table = pyarrow.parquet.read_table(io.BytesIO(data))
+        columns = {name: table[name].to_numpy() for name in table.column_names}
+        found = {key.decode(): value.decode() for key, value in (table.schema.metadata or {}).items()}
+        checksum = _checksum(columns)
+    except (pyarrow.ArrowException, OSError, ValueError, TypeError, KeyError, MemoryError) as error:
+        raise EnsembleError(f"{damaged} ({error})") from error
+    if found.get("lgvi.checksum") != checksum:
+        raise EnsembleError(f"{damaged} (its checksum is another)")
     for key in _COMMON:
-        expected, value = str(about[key]), found.get(f"lgvi.{key}".encode(), b"nothing").decode(errors="replace")
+        expected, value = str(about[key]), found.get(f"lgvi.{key}")
         if value != expected:
             raise EnsembleError(f"{path} is a part of another ensemble: its {key} is {value}, expected {expected}")
-    if not _is_range(table, part):
+    if not np.array_equal(columns["index"], np.arange(*part)):
         raise EnsembleError(f"{path} has other samples than {part[0]} to {part[1] - 1}")
-
-
-def _is_range(table: pyarrow.Table, part: Part) -> bool:
-    return "index" in table.column_names and np.array_equal(table["index"].to_numpy(), np.arange(*part))
 
 
 def _write_file(path: str, data: bytes) -> None:

@@ -17,6 +17,7 @@ import pytest
 
 import lgvi
 from lgvi import distributed
+from lgvi._parts import Store
 
 pq = pytest.importorskip("pyarrow.parquet")
 pytest.importorskip("fsspec")
@@ -110,15 +111,18 @@ def test_dask_flies_the_parts_of_a_killed_worker_again(
         n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, local_directory=tmp_path / "dask"
     )
     with cluster, dask.Client(cluster) as client:
+        there: list[Path] = []
         victim = min(client.run(os.getpid).values())
         assert victim != os.getpid()
 
         def kill(fraction: float) -> None:
-            if fraction == 3 / PARTS:
+            if fraction == 1 / PARTS:
                 os.kill(victim, signal.SIGKILL)
+                there.extend((tmp_path / "dask_parts").glob("samples_*"))
 
         report = distributed.run(scene, SAMPLES, path=tmp_path / "dask_parts", engine=client, part=PART, progress=kill)
         assert report.flown + report.kept == PARTS
+        assert 0 < len(there) < PARTS, "the worker died in the middle"
         assert victim not in client.run(os.getpid).values()
     check(pq.read_table(tmp_path / "dask_parts"), whole)
     distributed.run(scene, SAMPLES, path=tmp_path / "parts", part=PART)
@@ -161,13 +165,14 @@ def test_an_object_store_has_each_part_by_one_put(
 
 def test_parts_of_other_ensembles_are_refused(scene: lgvi.Scene, tmp_path: Path) -> None:
     distributed.run(scene, 40, path=tmp_path, part=PART)
-    for keywords, message in [
+    changes: list[tuple[dict[str, Any], str]] = [
         ({"seed": 7}, "its identity is"),
         ({"samples": 48}, "samples_0000000032_0000000040.parquet, which is no part of 48 samples"),
         ({"part": 20}, "samples_0000000000_0000000016.parquet, which is no part of 40 samples, 20 a part"),
-    ]:
+    ]
+    for keywords, message in changes:
         with pytest.raises(lgvi.EnsembleError, match=message):
-            distributed.run(scene, **({"samples": 40, "path": tmp_path, "part": PART} | keywords))
+            distributed.run(scene, **{"samples": 40, "path": tmp_path, "part": PART, **keywords})
     first, second, _ = sorted(tmp_path.iterdir())
     first.write_bytes(second.read_bytes())
     with pytest.raises(lgvi.EnsembleError, match="other samples than 0 to 15"):
@@ -212,7 +217,7 @@ def test_what_cannot_be_flown_in_parts(scene: lgvi.Scene, spin: lgvi.Scene, tmp_
 def test_a_worker_that_flies_another_ensemble_is_refused(scene: lgvi.Scene, tmp_path: Path) -> None:
     about = scene.ensemble(40, range=(0, 1)).about
     longer = scene.with_values({"run.steps": 500})
-    task = distributed._Task(longer.name, longer.text, about, distributed.Store(str(tmp_path)), threads=1)
+    task = distributed._Task(longer.name, longer.text, about, Store(str(tmp_path)), threads=1)
     with pytest.raises(lgvi.EnsembleError, match="another version"):
         task.fly((0, 16))
     assert not list(tmp_path.iterdir())

@@ -169,7 +169,7 @@ def _engine(engine: Any) -> _FlyAll:
     # There is no client of Dask unless its package has been imported.
     dask = sys.modules.get("distributed")
     if dask is not None and isinstance(engine, dask.Client):
-        return functools.partial(_with_dask, engine)
+        return functools.partial(_with_dask, dask, engine)
     raise TypeError(f'`engine` is {engine!r}, expected "threads", a concurrent.futures.Executor or a distributed.Client')
 
 
@@ -183,14 +183,12 @@ def _with_executor(executor: futures.Executor, task: _Task, parts: list[Part]) -
             future.cancel()
 
 
-def _with_dask(client: Any, task: _Task, parts: list[Part]) -> Iterator[bool]:
-    import distributed
-
+def _with_dask(dask: Any, client: Any, task: _Task, parts: list[Part]) -> Iterator[bool]:
     # As the result of a task, the scene is sent to each worker once, and made again if those that hold it die.
     shared = client.submit(_itself, task, pure=False)
     waiting = client.map(_fly, parts, task=shared, pure=False, retries=_RETRIES)
     try:
-        for future in distributed.as_completed(waiting):
+        for future in dask.as_completed(waiting):
             yield future.result()
     finally:
         client.cancel(waiting)

@@ -1,4 +1,4 @@
-"""Workers of Dask on this machine: what a second one gains, and what a part costs apart from its flights.
+"""Workers of Dask on this machine: what a second one gains, and what an empty task costs.
 
     target/python/env/bin/python python/benchmarks/workers.py
 """
@@ -15,39 +15,40 @@ from dask.distributed import Client, LocalCluster
 import lgvi
 from lgvi import distributed
 
-SAMPLES = 20 * 1024
-TURNS = 5
-# Parts that are there already cost their scheduling and their check alone.
-SMALL = 1000
+PART = 1024
+SAMPLES = 20 * PART
+TURNS = 9
+TASKS = 3000
 
 
-def seconds(client: Client, directory: Path, **keywords: int) -> float:
+def seconds(client: Client, directory: Path, samples: int, part: int) -> float:
+    scene = lgvi.Scene.example("dispersed_capture")
     start = time.perf_counter()
-    distributed.run(lgvi.Scene.example("dispersed_capture"), path=directory, engine=client, **keywords)
+    distributed.run(scene, samples, path=directory, engine=client, part=part)
     return time.perf_counter() - start
 
 
+def cluster(workers: int) -> LocalCluster:
+    return LocalCluster(n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address="127.0.0.1:0")
+
+
 def main() -> None:
-    times: dict[int, list[float]] = {1: [], 2: []}
-    with tempfile.TemporaryDirectory() as temporary:
-        for turn in range(TURNS + 1):
-            for workers, found in times.items():
-                cluster = LocalCluster(
-                    n_workers=workers, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
-                )
-                with cluster, Client(cluster) as client:
-                    root = Path(temporary) / f"{turn}_{workers}"
-                    seconds(client, root / "first", samples=workers * 64, part=16)
-                    found.append(seconds(client, root / "parts", samples=SAMPLES))
-                    if turn == TURNS and workers == 2:
-                        seconds(client, root / "small", samples=SMALL, part=1)
-                        kept = seconds(client, root / "small", samples=SMALL, part=1)
-        size = statistics.median(file.stat().st_size for file in (root / "parts").iterdir())
-    one, two = (statistics.median(found[1:]) for found in times.values())
-    ratios = sorted(one / two for one, two in zip(times[1][1:], times[2][1:], strict=True))
-    print(f"one worker {one:.2f} s, two workers {two:.2f} s for {SAMPLES} samples")
-    print(f"ratio {statistics.median(ratios):.2f} ({ratios[0]:.2f} to {ratios[-1]:.2f})")
-    print(f"a part that is there: {kept / SMALL * 1e3:.2f} ms; a part of 1024 samples: {size / 1e3:.0f} kB")
+    with cluster(1) as one, cluster(2) as two, Client(one) as a, Client(two) as b, tempfile.TemporaryDirectory() as temporary:
+        root = Path(temporary)
+        for index, client in enumerate([a, b]):
+            # Every worker makes its plan.
+            seconds(client, root / f"first_{index}", 128, 16)
+        ratios = []
+        for turn in range(TURNS):
+            alone, both = (seconds(client, root / f"{turn}_{index}", SAMPLES, PART) for index, client in enumerate([a, b]))
+            ratios.append(alone / both)
+            print(f"{SAMPLES} samples: one worker {alone:.2f} s, two workers {both:.2f} s")
+        size = statistics.median(file.stat().st_size for file in (root / "0_0").iterdir())
+        start = time.perf_counter()
+        b.gather(b.map(abs, range(TASKS), pure=False))
+        empty = (time.perf_counter() - start) / TASKS
+    print(f"ratio {statistics.median(ratios):.2f} ({min(ratios):.2f} to {max(ratios):.2f})")
+    print(f"an empty task of Dask {1e3 * empty:.2f} ms; a sample {size / PART:.0f} bytes")
 
 
 if __name__ == "__main__":

@@ -108,7 +108,11 @@ def test_dask_flies_the_parts_of_a_killed_worker_again(
 ) -> None:
     dask = pytest.importorskip("distributed")
     cluster = dask.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, local_directory=tmp_path / "dask"
+        n_workers=2,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        local_directory=tmp_path / "dask",
     )
     with cluster, dask.Client(cluster) as client:
         there: list[Path] = []

@@ -96,10 +96,11 @@ python-env:
 wheel: python-env
     target/python/env/bin/maturin build --release {{python}} --locked --out target/python/wheels
 
-# What Python adds to the time of flights and steps, beside Rust alone. For a machine that does nothing else.
+# What Python adds to the time of flights and steps, beside Rust alone, and two workers beside one. For a machine that does nothing else.
 python-bench: wheel
     target/python/env/bin/pip install --quiet --disable-pip-version-check --force-reinstall --no-deps target/python/wheels/lgvi-*.whl
     target/python/env/bin/python python/benchmarks/overhead.py
+    target/python/env/bin/python python/benchmarks/workers.py
 
 # The README's first command, headless. Not in CI: it builds everything once more, in release.
 demo:

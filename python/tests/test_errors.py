@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 import signal
 import subprocess
 import sys
@@ -227,3 +228,14 @@ def test_control_c_ends_a_flight() -> None:
         _, errors = process.communicate(timeout=60)
     assert "KeyboardInterrupt" in errors
     assert process.returncode == -signal.SIGINT
+
+
+def test_errors_come_from_other_processes_as_they_are() -> None:
+    for error in [
+        lgvi.SceneError("text", "file", 1, "key", "value", "expected"),
+        lgvi.FlightError("text", 3, 0.5),
+        lgvi.PlanError("text", "infeasible"),
+        lgvi.EnsembleError("text"),
+    ]:
+        other = pickle.loads(pickle.dumps(error))
+        assert (type(other), str(other), vars(other)) == (type(error), "text", vars(error))

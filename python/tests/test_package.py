@@ -16,12 +16,13 @@ import pytest
 import lgvi
 import lgvi.bodies
 import lgvi.controls
+import lgvi.distributed
 import lgvi.errors
 import lgvi.results
 from lgvi import _lgvi
 
 
-@pytest.mark.parametrize("module", [lgvi, lgvi.so3, lgvi.se3, lgvi.bodies, lgvi.controls])
+@pytest.mark.parametrize("module", [lgvi, lgvi.so3, lgvi.se3, lgvi.bodies, lgvi.controls, lgvi.distributed])
 def test_examples_of_docstrings_hold(module: object) -> None:
     failed, tried = doctest.testmod(module)  # type: ignore[arg-type]
     assert tried > 0 and failed == 0
@@ -32,6 +33,7 @@ def test_everything_public_has_a_docstring() -> None:
         thing = getattr(lgvi, name)
         if inspect.isclass(thing) or inspect.isfunction(thing):
             assert inspect.getdoc(thing), name
+    assert inspect.getdoc(lgvi.distributed.run) and inspect.getdoc(lgvi.distributed.Report)
     for thing in [lgvi.Scene, lgvi.Trajectory, lgvi.Plan, lgvi.Simulation, lgvi.State, lgvi.Bag]:
         for name, member in inspect.getmembers(thing):
             if not name.startswith("_"):

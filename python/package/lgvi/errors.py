@@ -57,6 +57,9 @@ class FlightError(LgviError, RuntimeError):
         self.step = step
         self.time_s = time_s
 
+    def __reduce__(self) -> tuple[type[FlightError], tuple[str, int, float]]:
+        return type(self), (str(self), self.step, self.time_s)
+
 
 class ControlError(LgviError, ValueError):
     """Controls cannot be flown: they do not fit the scene, or are not finite."""
@@ -74,6 +77,9 @@ class PlanError(LgviError, RuntimeError):
     def __init__(self, message: str, reason: str = "refused") -> None:
         super().__init__(message)
         self.reason = reason
+
+    def __reduce__(self) -> tuple[type[PlanError], tuple[str, str]]:
+        return type(self), (str(self), self.reason)
 
 
 class EnsembleError(LgviError, ValueError):

@@ -1,0 +1,227 @@
+"""Ensembles in parts: the table is that of one run, whoever flies and whoever dies."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from concurrent.futures import Executor, ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import lgvi
+from lgvi import distributed
+from lgvi._parts import Store
+
+pq = pytest.importorskip("pyarrow.parquet")
+pytest.importorskip("fsspec")
+
+SAMPLES = 300
+PART = 16
+PARTS = 19
+
+
+@pytest.fixture(scope="module")
+def scene() -> lgvi.Scene:
+    """A maneuver with a thousand steps, so that a plan is made, too."""
+    return lgvi.Scene.example("dispersed_capture")
+
+
+@pytest.fixture(scope="module")
+def whole(scene: lgvi.Scene) -> lgvi.Table:
+    """The ensemble in one run."""
+    return scene.ensemble(SAMPLES)
+
+
+def check(table: Any, whole: lgvi.Table) -> None:
+    """Check that two tables have the same bits."""
+    assert table.column_names == list(whole)
+    for name, column in whole.items():
+        found = table[name].to_numpy()
+        if column.dtype.kind == "f":
+            found, column = found.view(np.uint64), column.view(np.uint64)
+        np.testing.assert_array_equal(found, column, err_msg=name)
+
+
+def contents(directory: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in directory.iterdir()}
+
+
+def test_parts_are_the_rows_of_one_run_and_are_not_flown_again(
+    scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    done: list[float] = []
+    report = distributed.run(scene, SAMPLES, path="new/capture", part=PART, progress=done.append)
+    assert report == distributed.Report(SAMPLES, flown=PARTS, kept=0)
+    assert done == [(count + 1) / PARTS for count in range(PARTS)]
+    directory = tmp_path / "new" / "capture"
+    check(pq.read_table(directory), whole)
+    before = contents(directory)
+    assert min(before) == "samples_0000000000_0000000016.parquet"
+    assert max(before) == "samples_0000000288_0000000300.parquet"
+    (directory / min(before)).unlink()
+    assert distributed.run(scene, SAMPLES, path=directory, part=PART) == distributed.Report(SAMPLES, 1, PARTS - 1)
+    assert contents(directory) == before
+
+
+def test_a_killed_run_goes_on(scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Path) -> None:
+    run = f"""
+import os, signal, lgvi
+from lgvi import distributed
+
+def progress(fraction):
+    if fraction > 0.5:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+scene = lgvi.Scene.example("dispersed_capture")
+distributed.run(scene, {SAMPLES}, path={str(tmp_path)!r}, part={PART}, progress=progress)
+"""
+    assert subprocess.run([sys.executable, "-c", run], timeout=120).returncode == -signal.SIGKILL
+    # What a process leaves behind that is killed while it writes.
+    (tmp_path / ".samples_0000000288_0000000300.parquet.0123").write_bytes(b"PAR1")
+    kept = PARTS // 2 + 1
+    report = distributed.run(scene, SAMPLES, path=tmp_path, part=PART)
+    assert report == distributed.Report(SAMPLES, flown=PARTS - kept, kept=kept)
+    check(pq.read_table(tmp_path), whole)
+
+
+def test_processes_fly_parts(scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Path) -> None:
+    with ProcessPoolExecutor(2, mp_context=multiprocessing.get_context("spawn")) as executor:
+        report = distributed.run(scene, SAMPLES, path=tmp_path, engine=executor, part=PART)
+        assert report.flown == PARTS
+        check(pq.read_table(tmp_path), whole)
+        # An exception of a worker comes through and ends the run.
+        (tmp_path / "samples_0000000016_0000000032.parquet").write_bytes(b"PAR1")
+        with pytest.raises(lgvi.EnsembleError, match="samples_0000000016_0000000032.parquet is damaged"):
+            distributed.run(scene, SAMPLES, path=tmp_path, engine=executor, part=PART)
+
+
+def test_dask_flies_the_parts_of_a_killed_worker_again(
+    scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Path
+) -> None:
+    dask = pytest.importorskip("distributed")
+    cluster = dask.LocalCluster(
+        n_workers=2,
+        threads_per_worker=1,
+        host="127.0.0.1",
+        dashboard_address="127.0.0.1:0",
+        local_directory=tmp_path / "dask",
+    )
+    with cluster, dask.Client(cluster) as client:
+        there: list[Path] = []
+        victim = min(client.run(os.getpid).values())
+        assert victim != os.getpid()
+
+        def kill(fraction: float) -> None:
+            if fraction == 1 / PARTS:
+                os.kill(victim, signal.SIGKILL)
+                there.extend((tmp_path / "dask_parts").glob("samples_*"))
+
+        report = distributed.run(scene, SAMPLES, path=tmp_path / "dask_parts", engine=client, part=PART, progress=kill)
+        assert report.flown + report.kept == PARTS
+        assert 0 < len(there) < PARTS, "the worker died in the middle"
+        assert victim not in client.run(os.getpid).values()
+    check(pq.read_table(tmp_path / "dask_parts"), whole)
+    distributed.run(scene, SAMPLES, path=tmp_path / "parts", part=PART)
+    assert contents(tmp_path / "dask_parts") == contents(tmp_path / "parts")
+
+
+@pytest.fixture
+def bucket() -> Iterator[tuple[str, dict[str, Any]]]:
+    """A bucket of an S3 server on loopback: its URL and the storage options."""
+    server_module = pytest.importorskip("moto.server")
+    s3fs = pytest.importorskip("s3fs")
+    server = server_module.ThreadedMotoServer(ip_address="127.0.0.1", port=0, verbose=False)
+    server.start()
+    try:
+        host, port = server.get_host_and_port()
+        options = {"key": "key", "secret": "secret", "endpoint_url": f"http://{host}:{port}"}
+        s3fs.S3FileSystem(**options).mkdir("flights")
+        yield "s3://flights/capture", options
+    finally:
+        server.stop()
+
+
+def test_an_object_store_has_each_part_by_one_put(
+    scene: lgvi.Scene, whole: lgvi.Table, bucket: tuple[str, dict[str, Any]]
+) -> None:
+    import s3fs
+
+    path, options = bucket
+    for flown in [3, 0]:
+        report = distributed.run(scene, SAMPLES, path=path, part=100, storage_options=options)
+        assert report == distributed.Report(SAMPLES, flown, 3 - flown)
+    system = s3fs.S3FileSystem(**options)
+    system.invalidate_cache()
+    objects = system.ls(path, detail=True)
+    assert len(objects) == 3
+    # The tag of an upload in several parts has their number after a dash.
+    assert all("-" not in entry["ETag"] for entry in objects)
+    check(pq.read_table("flights/capture", filesystem=system), whole)
+
+
+def test_parts_of_other_ensembles_are_refused(scene: lgvi.Scene, tmp_path: Path) -> None:
+    distributed.run(scene, 40, path=tmp_path, part=PART)
+    changes: list[tuple[dict[str, Any], str]] = [
+        ({"seed": 7}, "its identity is"),
+        ({"samples": 48}, "samples_0000000032_0000000040.parquet, which is no part of 48 samples"),
+        ({"part": 20}, "samples_0000000000_0000000016.parquet, which is no part of 40 samples, 20 a part"),
+    ]
+    for keywords, message in changes:
+        with pytest.raises(lgvi.EnsembleError, match=message):
+            distributed.run(scene, **{"samples": 40, "path": tmp_path, "part": PART, **keywords})
+    first, second, _ = sorted(tmp_path.iterdir())
+    first.write_bytes(second.read_bytes())
+    with pytest.raises(lgvi.EnsembleError, match="other samples than 0 to 15"):
+        distributed.run(scene, 40, path=tmp_path, part=PART)
+
+
+def test_damaged_parts_are_refused(scene: lgvi.Scene, tmp_path: Path) -> None:
+    distributed.run(scene, 4, path=tmp_path)
+    (file,) = tmp_path.iterdir()
+    good, table = file.read_bytes(), scene.ensemble(4)
+    refused = 0
+    positions = range(0, len(good), len(good) // 80)
+    for position in positions:
+        file.write_bytes(good[:position] + bytes([good[position] ^ 1]) + good[position + 1 :])
+        try:
+            distributed.run(scene, 4, path=tmp_path)
+        except lgvi.EnsembleError:
+            refused += 1
+        else:
+            # What a damaged file is kept for is whole.
+            check(pq.read_table(file), table)
+    assert refused > len(positions) // 2
+    file.write_bytes(good[:-1])
+    with pytest.raises(lgvi.EnsembleError, match="damaged"):
+        distributed.run(scene, 4, path=tmp_path)
+
+
+def test_what_cannot_be_flown_in_parts(scene: lgvi.Scene, spin: lgvi.Scene, tmp_path: Path) -> None:
+    with pytest.raises(lgvi.EnsembleError, match="`part` is 0, expected at least 1"):
+        distributed.run(scene, 40, path=tmp_path, part=0)
+    for engine in ["processes", None, Executor]:
+        with pytest.raises(TypeError, match="`engine` is"):
+            distributed.run(scene, 40, path=tmp_path, engine=engine)
+    with pytest.raises(lgvi.EnsembleError, match="ensemble"):
+        distributed.run(spin, path=tmp_path)
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError):
+        distributed.run(scene, 40, path=tmp_path / "file" / "capture")
+    assert [file.name for file in tmp_path.iterdir()] == ["file"]
+
+
+def test_a_worker_that_flies_another_ensemble_is_refused(scene: lgvi.Scene, tmp_path: Path) -> None:
+    about = scene.ensemble(40, range=(0, 1)).about
+    longer = scene.with_values({"run.steps": 500})
+    task = distributed._Task(longer.name, longer.text, about, Store(str(tmp_path)), threads=1)
+    with pytest.raises(lgvi.EnsembleError, match="another version"):
+        task.fly((0, 16))
+    assert not list(tmp_path.iterdir())

@@ -65,7 +65,8 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
     for (index, time) in times.into_iter().enumerate() {
         let steps = time / step;
         let latest = outputs.last().map_or(0.0, |output| output.time);
-        let within = time >= latest && steps <= scene.steps as f64 + near(steps);
+        let last = scene.steps as f64;
+        let within = time >= latest && steps <= last + near(last);
         if !within {
             return Err(PyValueError::new_err(format!(
                 "`t_eval[{index}]` is {time} s, expected increasing times from 0 to {end} s"

@@ -13,6 +13,7 @@ def test_the_session_of_the_page_runs(
 ) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
+    (tmp_path / "bags").symlink_to(root / "bags")
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"^```python\n(.*?)^```$", (root / "docs" / "python.md").read_text(), re.MULTILINE | re.DOTALL)
     assert len(blocks) >= 8

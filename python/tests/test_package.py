@@ -135,6 +135,7 @@ def test_bodies_dock(scenes: Path) -> None:
 
 def test_wheels_turn_the_body(scenes: Path) -> None:
     text = (scenes / "wheel_slew.toml").read_text()
+    text = text[: text.index("[[bodies.sensors]]")]
     gravity = text[text.index("[gravity.central]") : text.index("[[bodies]]")]
     text = text.replace(gravity, "").replace("velocity = [0.0, 946.0, 7553.0]", "velocity = [0, 0, 0]")
     scene = lgvi.Scene.from_toml(text.replace("position = [6878137.0, 0.0, 0.0]", "position = [0, 0, 0]"))

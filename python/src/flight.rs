@@ -85,7 +85,7 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
         outputs.push(output);
     }
     let between = outputs.iter().find(|output| output.part > 0.0);
-    let actuators = has_actuators(scene);
+    let actuators = scene.has_actuators();
     if let Some(Output { time, .. }) = between
         && (actuators || !scene.docking.is_empty())
     {
@@ -94,10 +94,6 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
         )));
     }
     Ok(outputs)
-}
-
-fn has_actuators(scene: &Scene) -> bool {
-    scene.bodies.iter().any(|named| named.body.has_actuators())
 }
 
 /// Why a flight ends early.
@@ -212,7 +208,7 @@ impl Run<'_> {
             advance(flight, output.step)?;
             if output.part == 0.0 {
                 self.keep(output.time, flight.states(), flight.loads());
-                if has_actuators(&self.flown.scene) {
+                if self.flown.scene.has_actuators() {
                     let states = ActuatorStates::of(flight.system());
                     self.samples.actuators.push(states);
                 }

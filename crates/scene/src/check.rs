@@ -17,6 +17,14 @@ pub(crate) fn positive(key: &str, value: f64) -> Result<f64, SceneError> {
     }
 }
 
+pub(crate) fn not_negative(key: &str, value: f64) -> Result<f64, SceneError> {
+    if value.is_finite() && value >= 0.0 {
+        Ok(value)
+    } else {
+        Err(SceneError::value(key, value, "a finite number ≥ 0"))
+    }
+}
+
 pub(crate) fn vector(key: &str, value: [f64; 3]) -> Result<Vector3<f64>, SceneError> {
     if value.iter().all(|c| c.is_finite()) {
         Ok(value.into())

@@ -103,6 +103,11 @@ pub struct Publishing {
 }
 
 impl Scene {
+    /// Returns true if a body has wheels or thrusters.
+    pub fn has_actuators(&self) -> bool {
+        self.bodies.iter().any(|named| named.body.has_actuators())
+    }
+
     /// Returns the step size `h`, in the scene's time unit.
     pub fn h(&self) -> f64 {
         self.duration / self.steps as f64

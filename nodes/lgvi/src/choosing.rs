@@ -5,9 +5,19 @@ use std::ops::ControlFlow;
 use lgvi_dynamics::auto::{Choice, ChoiceError};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
-use lgvi_scene::Scene;
+use lgvi_scene::{Chosen, Scene};
 
 use crate::bars;
+
+/// The scene with what flies it, which is chosen unless it is known; a shutdown ends it.
+pub(crate) fn decided(scene: Scene, shutdown: &Shutdown) -> Result<Scene, NodeError> {
+    match choose(&scene, Some(shutdown))? {
+        Some(choice) => scene
+            .decided(&Chosen::from(&choice).to_string())
+            .map_err(NodeError::input),
+        None => Ok(scene),
+    }
+}
 
 /// Chooses what flies the scene, unless that is known; a shutdown ends it.
 pub(crate) fn choose(

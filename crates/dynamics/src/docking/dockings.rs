@@ -44,9 +44,9 @@ impl Dockings {
                 let body = system.bodies().get(*body);
                 body.is_some_and(|body| *body.mobility() == Mobility::Free)
             };
-            let wheeled = system.bodies().iter().position(|body| body.has_actuators());
+            let actuated = system.bodies().iter().position(|body| body.has_actuators());
             let unfit = [one, other].into_iter().find(|body| !free(body));
-            if let Some(body) = unfit.or((one == other).then_some(one)).or(wheeled) {
+            if let Some(body) = unfit.or((one == other).then_some(one)).or(actuated) {
                 return Err(MethodError::Docking { docking, body });
             }
         }

@@ -44,8 +44,7 @@ fn check_names<'a>(key: &str, names: impl Iterator<Item = &'a String>) -> Result
 
 /// Pilot flights do not know actuators, nor do joined bodies.
 pub(super) fn check_run(scene: &Scene) -> Result<(), SceneError> {
-    let mut bodies = scene.bodies.iter();
-    if !bodies.any(|named| named.body.has_actuators()) {
+    if !scene.has_actuators() {
         return Ok(());
     }
     if !scene.docking.is_empty() {

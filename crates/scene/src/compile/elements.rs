@@ -9,14 +9,7 @@ const ASYMPTOTE: f64 = 1e-8;
 /// Compiles the orbital elements at `key`.
 pub(super) fn elements(key: &str, file: &ElementsFile) -> Result<Elements, SceneError> {
     let at = |name: &str| format!("{key}.{name}");
-    let e = file.eccentricity;
-    if !(e.is_finite() && e >= 0.0) {
-        return Err(SceneError::value(
-            at("eccentricity"),
-            e,
-            "a finite number ≥ 0",
-        ));
-    }
+    let e = check::not_negative(&at("eccentricity"), file.eccentricity)?;
     let angle = |name: &'static str, file: &AngleFile| {
         let angle = angle(name, file).map_err(|error| SceneError::parameter(at(name), error))?;
         if angle.is_finite() {

@@ -13,13 +13,13 @@ use lgvi_ensemble::{self as ensemble, Campaign, Commands, FlownBy, Guidance, Set
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_planner::NominalPlan;
-use lgvi_scene::{Chosen, Scene};
+use lgvi_scene::Scene;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::failed;
 use super::report::report;
-use crate::choosing::choose;
+use crate::choosing::decided;
 use crate::output::say;
 use crate::scene_input::SceneInput;
 use crate::{bars, values};
@@ -117,17 +117,13 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         let message = format!("{threads} threads, expected at most {MOST_THREADS}");
         return Err(NodeError::Input(message));
     }
-    let mut scene = options.input.load()?.scene;
+    let scene = options.input.load()?.scene;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
     end_at_the_second_signal().map_err(NodeError::runtime)?;
-    let choice = choose(&scene, Some(&shutdown)).map_err(|error| match error {
+    let scene = decided(scene, &shutdown).map_err(|error| match error {
         NodeError::Interrupted => NodeError::Runtime("ended before the first sample".into()),
         error => error,
     })?;
-    if let Some(choice) = choice {
-        let chosen = Chosen::from(&choice).to_string();
-        scene = scene.decided(&chosen).map_err(NodeError::input)?;
-    }
     let settings = Settings {
         samples: options.samples,
         seed: options.seed,

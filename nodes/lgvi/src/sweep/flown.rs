@@ -7,9 +7,9 @@ use lgvi_lie::log;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_propagator::{Controls, Flight};
-use lgvi_scene::{Chosen, Scene};
+use lgvi_scene::Scene;
 
-use crate::choosing::choose;
+use crate::choosing::decided;
 
 /// Most points of a curve.
 const POINTS: u64 = 400;
@@ -43,11 +43,7 @@ pub(super) struct Point {
 
 impl Flown {
     /// Plans and flies a scene; a shutdown ends it.
-    pub(super) fn of(
-        mut scene: Scene,
-        drawn: bool,
-        shutdown: &Shutdown,
-    ) -> Result<Self, NodeError> {
+    pub(super) fn of(scene: Scene, drawn: bool, shutdown: &Shutdown) -> Result<Self, NodeError> {
         let begun = Instant::now();
         let mut flown = Self {
             bodies: scene.bodies.iter().map(|body| body.name.clone()).collect(),
@@ -57,33 +53,13 @@ impl Flown {
             course: Vec::new(),
             wall_time: 0.0,
         };
-        match Self::begin(&mut scene, shutdown) {
-            Ok(mut flight) => flown.fly(&scene, &mut flight, drawn, shutdown)?,
+        match begin(scene, shutdown) {
+            Ok((scene, mut flight)) => flown.fly(&scene, &mut flight, drawn, shutdown)?,
             Err(NodeError::Interrupted) => return Err(NodeError::Interrupted),
             Err(error) => flown.failure = Some(error.to_string()),
         }
         flown.wall_time = begun.elapsed().as_secs_f64();
         Ok(flown)
-    }
-
-    /// The flight at its start, with its plan.
-    fn begin(scene: &mut Scene, shutdown: &Shutdown) -> Result<Flight, NodeError> {
-        if let Some(choice) = choose(scene, Some(shutdown))? {
-            let chosen = Chosen::from(&choice).to_string();
-            *scene = scene.decided(&chosen).map_err(NodeError::input)?;
-        }
-        let mut flight = Flight::new(scene).map_err(NodeError::input)?;
-        if scene.maneuver.is_some() {
-            let plan = lgvi_planner::plan(scene, &mut |_| !shutdown.requested());
-            let plan = plan.map_err(|error| match shutdown.requested() {
-                true => NodeError::Interrupted,
-                false => NodeError::Input(format!("no plan: {error}")),
-            })?;
-            let message = plan.message(scene).map_err(NodeError::runtime)?;
-            let controls = Controls::of_message(scene, &message).map_err(NodeError::runtime)?;
-            flight.accept(controls).map_err(NodeError::runtime)?;
-        }
-        Ok(flight)
     }
 
     fn fly(
@@ -116,6 +92,23 @@ impl Flown {
         self.ends = lgvi_ensemble::ends(scene, [begun, (flight.system(), flight.states())]);
         Ok(())
     }
+}
+
+/// The scene with what flies it, and its flight at its start, with its plan.
+fn begin(scene: Scene, shutdown: &Shutdown) -> Result<(Scene, Flight), NodeError> {
+    let scene = decided(scene, shutdown)?;
+    let mut flight = Flight::new(&scene).map_err(NodeError::input)?;
+    if scene.maneuver.is_some() {
+        let plan = lgvi_planner::plan(&scene, &mut |_| !shutdown.requested());
+        let plan = plan.map_err(|error| match shutdown.requested() {
+            true => NodeError::Interrupted,
+            false => NodeError::Input(format!("no plan: {error}")),
+        })?;
+        let message = plan.message(&scene).map_err(NodeError::runtime)?;
+        let controls = Controls::of_message(&scene, &message).map_err(NodeError::runtime)?;
+        flight.accept(controls).map_err(NodeError::runtime)?;
+    }
+    Ok((scene, flight))
 }
 
 fn point(scene: &Scene, start: &[BodyState], flight: &Flight) -> Point {

@@ -69,7 +69,7 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
         }
         options.input.with(combination.settings())?;
     }
-    let name = options.input.load()?.scene.name;
+    let name = options.input.with(&[])?.name;
     let output = options.output.clone();
     let output = output.unwrap_or_else(|| PathBuf::from(format!("flights/{name}_sweep")));
     let parent = output.parent().map_or(Ok(()), fs::create_dir_all);
@@ -78,7 +78,7 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
         .map_err(|error| NodeError::Input(format!("cannot make {}: {error}", output.display())))?;
 
     let flown = fly(options, &combinations, &shutdown)?;
-    let table = table::Table::new(&combinations, &flown, options.time)?;
+    let table = table::Table::new(&combinations, &flown, options.time);
     table.write(&output.join("sweep.csv"))?;
     let path = output.join("sweep.svg");
     if !options.time {

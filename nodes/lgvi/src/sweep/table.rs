@@ -16,11 +16,7 @@ pub(super) struct Table {
 
 impl Table {
     /// Columns are those of all flights, in the order in which they come. Scenes of different bodies have different ones.
-    pub(super) fn new(
-        combinations: &[Combination],
-        flown: &[Flown],
-        timed: bool,
-    ) -> Result<Self, NodeError> {
+    pub(super) fn new(combinations: &[Combination], flown: &[Flown], timed: bool) -> Self {
         let mut seen = BTreeSet::new();
         let names = flown.iter().flat_map(|flight| &flight.ends);
         let names = names.map(|(name, _)| name.as_str());
@@ -50,10 +46,10 @@ impl Table {
             row.extend(ends.iter().map(end));
             row
         });
-        Ok(Self {
+        Self {
             columns: columns.collect(),
             rows: rows.collect(),
-        })
+        }
     }
 
     /// Writes it as CSV.

@@ -1,6 +1,6 @@
 //! Control sequences that answer a state in lockstep, over shared memory alone.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::shm::{ControlSubscriber, ShmNode};
@@ -9,16 +9,14 @@ use lgvi_msgs::msg::ControlSequence;
 use lgvi_scene::Scene;
 use tracing::warn;
 
+use crate::node::throttle::Throttle;
 use crate::target::Target;
 use crate::{ControlError, Controls};
-
-/// How often a warning comes at most.
-const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Receives the answers of controllers on this host.
 pub(crate) struct Answers {
     subscriber: ControlSubscriber,
-    warned: Option<Instant>,
+    throttle: Throttle,
 }
 
 /// An answer, as it is flown and as it is published.
@@ -32,7 +30,7 @@ impl Answers {
     pub(crate) fn new(shm: &ShmNode, topic: &str) -> Result<Self, NodeError> {
         Ok(Self {
             subscriber: shm.control_subscriber(topic)?,
-            warned: None,
+            throttle: Throttle::default(),
         })
     }
 
@@ -70,9 +68,7 @@ impl Answers {
     }
 
     pub(crate) fn refuse(&mut self, why: &str) {
-        let quiet = |warned: Instant| warned.elapsed() < PATIENCE;
-        if !self.warned.is_some_and(quiet) {
-            self.warned = Some(Instant::now());
+        if self.throttle.lets(Instant::now()) {
             warn!("answer over shared memory refused: {why}");
         }
     }

@@ -1,17 +1,16 @@
 //! Steps that could not be made as one and were cut: counted, and told of from time to time.
 
 use std::fmt;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-/// How often a warning comes at most.
-const PATIENCE: Duration = Duration::from_secs(1);
+use crate::node::throttle::Throttle;
 
 /// The cut steps of a flight.
 #[derive(Debug, Default)]
 pub(crate) struct Cuts {
     total: u64,
     untold: Option<Warning>,
-    told: Option<Instant>,
+    throttle: Throttle,
 }
 
 /// Cut steps since the last warning.
@@ -36,14 +35,11 @@ impl Cuts {
         untold.last = step;
         untold.count += 1;
         untold.most = untold.most.max(pieces);
-        let quiet = self
-            .told
-            .is_some_and(|told| now.duration_since(told) < PATIENCE);
-        if quiet {
-            return None;
+        if self.throttle.lets(now) {
+            self.rest()
+        } else {
+            None
         }
-        self.told = Some(now);
-        self.rest()
     }
 
     /// What has not been told yet.
@@ -78,6 +74,8 @@ impl fmt::Display for Warning {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]

@@ -19,6 +19,7 @@ mod pace;
 mod resolution;
 mod run;
 mod sensors;
+mod throttle;
 mod timeouts;
 mod wrench;
 

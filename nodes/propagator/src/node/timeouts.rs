@@ -1,20 +1,18 @@
 //! Commands that were over before others came: counted, and told of from time to time.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use lgvi_common::CommandTimeouts;
 use lgvi_scene::Scene;
 
+use crate::node::throttle::Throttle;
 use crate::target::Target;
-
-/// How often a warning comes at most.
-const PATIENCE: Duration = Duration::from_secs(1);
 
 /// The timeouts of a flight.
 #[derive(Debug, Default)]
 pub(crate) struct Timeouts {
     watched: Vec<Watched>,
-    told: Option<Instant>,
+    throttle: Throttle,
 }
 
 /// What has become of the commands for a target.
@@ -83,14 +81,7 @@ impl Timeouts {
                 }
             }
         }
-        let over = over?;
-        let now = now();
-        let quiet = |told: Instant| now.duration_since(told) < PATIENCE;
-        if self.told.is_some_and(quiet) {
-            return None;
-        }
-        self.told = Some(now);
-        Some(over)
+        over.filter(|_| self.throttle.lets(now()))
     }
 
     /// Those that there were.
@@ -109,6 +100,8 @@ impl Timeouts {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
     use crate::flight::tests::scene;
 

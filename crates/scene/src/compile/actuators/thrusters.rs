@@ -89,13 +89,7 @@ fn thruster(key: &str, file: &ThrusterFile) -> Result<Thruster, SceneError> {
             expected,
         ));
     }
-    let least = |name: &str, value: f64| {
-        if value.is_finite() && value >= 0.0 {
-            Ok(value)
-        } else {
-            Err(SceneError::value(key(name), value, "a finite number ≥ 0"))
-        }
-    };
+    let least = |name: &str, value| check::not_negative(&key(name), value);
     Ok(Thruster {
         position: check::vector(&key("position"), file.position)?,
         direction,

@@ -50,13 +50,7 @@ fn one(key: &str, file: &WheelFile) -> Result<ReactionWheel, SceneError> {
         Some(value) => check::positive(&key(name), value),
         None => Ok(f64::INFINITY),
     };
-    let friction = |name: &str, value: f64| {
-        if value.is_finite() && value >= 0.0 {
-            Ok(value)
-        } else {
-            Err(SceneError::value(key(name), value, "a finite number ≥ 0"))
-        }
-    };
+    let friction = |name: &str, value| check::not_negative(&key(name), value);
     let wheel = ReactionWheel {
         axis,
         inertia: check::positive(&key("inertia"), file.inertia)?,

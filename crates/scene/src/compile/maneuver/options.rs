@@ -57,14 +57,7 @@ pub(super) fn final_time(
             expected,
         ));
     }
-    if !(file.weight.is_finite() && file.weight >= 0.0) {
-        let expected = "a finite number ≥ 0";
-        return Err(SceneError::value(
-            "maneuver.final_time.weight",
-            file.weight,
-            expected,
-        ));
-    }
+    check::not_negative("maneuver.final_time.weight", file.weight)?;
     Ok(Some(FinalTime {
         min_steps,
         max_steps,

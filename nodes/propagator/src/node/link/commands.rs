@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::pin::pin;
 use std::task::{Context, Poll};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::ros::{Qos, RosNode, Subscription};
@@ -15,15 +15,13 @@ use tracing::warn;
 
 use crate::node::command::Command;
 use crate::node::effort::{EffortError, Efforts};
+use crate::node::throttle::Throttle;
 use crate::node::wrench::{Wrench, WrenchError};
 use crate::target::Actuators;
 use crate::target::Target;
 
 /// Messages of a body that may wait.
 const DEPTH: usize = 16;
-
-/// How often a warning comes at most.
-const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Receives commands and hands them to the loop.
 pub(super) struct Commands {
@@ -35,7 +33,7 @@ pub(super) struct Commands {
 /// The way to the loop.
 struct Inlet {
     loop_end: Producer<Command>,
-    warned: Option<Instant>,
+    throttle: Throttle,
 }
 
 impl Commands {
@@ -65,7 +63,7 @@ impl Commands {
             efforts,
             inlet: Inlet {
                 loop_end,
-                warned: None,
+                throttle: Throttle::default(),
             },
         })
     }
@@ -110,11 +108,9 @@ impl Inlet {
             }
             Err(error) => Some(error.to_string()),
         };
-        let quiet = |warned: Instant| warned.elapsed() < PATIENCE;
         if let Some(why) = refused
-            && !self.warned.is_some_and(quiet)
+            && self.throttle.lets(Instant::now())
         {
-            self.warned = Some(Instant::now());
             warn!("{} refused: {why}", target.describe(scene));
         }
     }

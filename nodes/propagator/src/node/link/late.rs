@@ -1,16 +1,14 @@
 //! Control sequences that came too late: one line of the log for many.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 use crate::ControlError;
-
-/// How often a warning comes at most.
-const PATIENCE: Duration = Duration::from_secs(1);
+use crate::node::throttle::Throttle;
 
 /// The late sequences of a flight.
 #[derive(Debug, Default)]
 pub(super) struct Late {
-    told: Option<Instant>,
+    throttle: Throttle,
     /// Since then.
     untold: u64,
 }
@@ -24,12 +22,10 @@ impl Late {
 
     /// Counts a sequence that came too late, and says what is to be told `now`.
     pub(super) fn note(&mut self, error: &ControlError, now: Instant) -> Option<String> {
-        let quiet = |told: Instant| now.duration_since(told) < PATIENCE;
-        if self.told.is_some_and(quiet) {
+        if !self.throttle.lets(now) {
             self.untold += 1;
             return None;
         }
-        self.told = Some(now);
         let others = match std::mem::take(&mut self.untold) {
             0 => String::new(),
             others => format!("; {others} others came too late since the last such message"),
@@ -42,6 +38,8 @@ impl Late {
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]

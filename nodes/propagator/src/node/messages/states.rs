@@ -115,6 +115,14 @@ pub(crate) fn odometry(
     })
 }
 
+/// A header in the frame of a body.
+fn header_of_body(scene: &Scene, body: usize, snapshot: &Snapshot) -> Result<Header, StampError> {
+    Ok(Header {
+        frame_id: scene.bodies[body].frame.clone(),
+        ..header(scene, snapshot.step)?
+    })
+}
+
 /// The wheels of a body, which the system has in their present state: angles, speeds and torques.
 pub(crate) fn joint_state(
     scene: &Scene,
@@ -123,10 +131,7 @@ pub(crate) fn joint_state(
     snapshot: &Snapshot,
 ) -> Result<JointState, StampError> {
     let mut message = JointState {
-        header: Header {
-            frame_id: scene.bodies[body].frame.clone(),
-            ..header(scene, snapshot.step)?
-        },
+        header: header_of_body(scene, body, snapshot)?,
         name: scene.bodies[body].wheels.clone(),
         ..JointState::default()
     };
@@ -157,10 +162,7 @@ pub(crate) fn thruster_states(
     let states = thrusters.map_or(&[][..], |thrusters| thrusters.states());
     let unit = scene.units.force();
     Ok(JointState {
-        header: Header {
-            frame_id: named.frame.clone(),
-            ..header(scene, snapshot.step)?
-        },
+        header: header_of_body(scene, body, snapshot)?,
         name: named.thrusters.clone(),
         position: (states.iter())
             .map(|state| state.impulse * unit * scene.units.time)
@@ -182,10 +184,7 @@ pub(crate) fn inertia(
     let locked = rigid.locked_inertia();
     let entry = |row, column| unit * locked.matrix()[(row, column)];
     Ok(InertiaStamped {
-        header: Header {
-            frame_id: scene.bodies[body].frame.clone(),
-            ..header(scene, snapshot.step)?
-        },
+        header: header_of_body(scene, body, snapshot)?,
         inertia: Inertia {
             m: rigid.mass() * units.mass,
             com: Vector3::default(),

@@ -6,11 +6,12 @@ use std::time::Duration;
 use lgvi_dynamics::integrator::KeplerScheme;
 use lgvi_dynamics::{BodyState, Load, Method, Simulation, Skip};
 use lgvi_truth::Case;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
 
 use crate::clock::Moment;
 use crate::error::{BenchError, write_json};
-use crate::peer::{Flyer, HEYOKA, Peer, Python, REBOUND};
+use crate::peer::{Flyer, HEYOKA, Peer, Python, REBOUND, read_case};
 use crate::picture::{Axis, Curve, Picture};
 use crate::tables::Table;
 
@@ -144,7 +145,11 @@ fn draw(voyage: &Voyage, rows: &[Flown], path: &Path) -> Result<(), BenchError> 
 
 /// All flights of a voyage; in a quick run the first thousandth of it, with as much fewer steps.
 fn fly(voyage: &Voyage, quick: bool, python: Option<&Python>) -> Result<Vec<Flown>, BenchError> {
-    let case = Case::load(voyage.case)?;
+    let data = barycentric(voyage.case)?;
+    let case = Case::deserialize(&data).map_err(|error| BenchError::Read {
+        path: Case::path(voyage.case),
+        source: error.into(),
+    })?;
     let (duration, doublings) = if quick {
         (voyage.duration / 1024.0, INSTANTS)
     } else {
@@ -199,7 +204,7 @@ fn fly(voyage: &Voyage, quick: bool, python: Option<&Python>) -> Result<Vec<Flow
             continue;
         }
         let mut flyer = Flyer::new(python, peer).patient(LIMIT);
-        let offers = flyer.offer_case(voyage.case, &times)?;
+        let offers = flyer.offer_to(data.clone(), &times)?;
         if !offers.iter().any(|offer| offer.name == method) {
             continue;
         }
@@ -215,6 +220,26 @@ fn fly(voyage: &Voyage, quick: bool, python: Option<&Python>) -> Result<Vec<Flow
         row(format!("{} {method}", peer.name), label, &flight)?;
     }
     Ok(rows)
+}
+
+/// The data of a case, with positions and velocities from the center of mass. Otherwise the center would move far away in
+/// so long a flight, and every position would carry the rounding of that distance.
+fn barycentric(name: &str) -> Result<Value, BenchError> {
+    let mut data = read_case(name)?;
+    let bodies = data["bodies"].as_array_mut().into_iter().flatten();
+    let mut bodies: Vec<_> = bodies.collect();
+    let mass = |body: &Value| body["mass"].as_f64().unwrap_or(0.0);
+    let total: f64 = bodies.iter().map(|body| mass(body)).sum();
+    for key in ["x", "v"] {
+        for axis in 0..3 {
+            let of = |body: &Value| body[key][axis].as_f64().unwrap_or(0.0);
+            let center = bodies.iter().map(|body| mass(body) * of(body)).sum::<f64>() / total;
+            for body in &mut *bodies {
+                body[key][axis] = (of(body) - center).into();
+            }
+        }
+    }
+    Ok(data)
 }
 
 fn simulation(case: &Case, method: Method, h: f64) -> Result<Simulation, BenchError> {

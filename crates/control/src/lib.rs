@@ -57,8 +57,8 @@ pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve
 pub use multistart::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan};
 pub use problem::{
-    Actuation, ActuationError, Comparable, Constraint, Dynamics, Motion, ParameterError, Place,
-    Terminal, Transfer, TransferError, miss,
+    Actuation, ActuationError, Command, Comparable, Constraint, Dynamics, MAX_COMMANDS, Motion,
+    ParameterError, Place, Terminal, Transfer, TransferError, miss,
 };
 pub use problem::{constraint, terminal};
 pub use replan::TooLate;

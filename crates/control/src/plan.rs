@@ -3,7 +3,7 @@ use std::fmt;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SMatrix, SVector};
 
-use crate::Sweep;
+use crate::{Command, Sweep};
 
 /// A solution of a transfer, with the data to fly it, to correct it, to check it and to start the next solution from
 /// it.
@@ -14,8 +14,9 @@ pub struct Plan {
     /// States at `0 … N`.
     pub states: Vec<BodyState>,
     /// Commands `w_1 … w_N`; zero beyond the commands of the actuation.
-    pub commands: Vec<SVector<f64, 6>>,
-    /// Controls `u_1 … u_N`, `u = B w`.
+    pub commands: Vec<Command>,
+    /// Controls `u_1 … u_N`, `u = B w`. Forces are in the inertial frame, or in the body frame if the actuators are fixed to
+    /// the body.
     pub controls: Vec<Load>,
     /// Costate `λ_0 … λ_{N−1}` (4.26), paired with `[δx, δγ, ζ, δΠ]` at the end of each step.
     pub multipliers: Vec<SVector<f64, 12>>,

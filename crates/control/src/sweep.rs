@@ -3,9 +3,10 @@
 use std::any::Any;
 use std::sync::Arc;
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SVector;
 
 use crate::newton::Policies;
+use crate::problem::{Effects, Weight};
 use crate::units::Units;
 use crate::{Comparable, Dynamics, Motion, Terminal, Transfer};
 
@@ -42,9 +43,10 @@ struct Similar {
     motion: Motion,
     target: Terminal,
     /// `B`, without columns beyond the last command.
-    effects: SMatrix<f64, 6, 6>,
+    effects: Effects,
     /// `W`, without commands beyond the last one.
-    weight: SMatrix<f64, 6, 6>,
+    weight: Weight,
+    fixed_to_body: bool,
 }
 
 /// Policies that lead to a plan of a transfer.
@@ -86,8 +88,9 @@ impl Similar {
             dynamics: transfer.dynamics,
             motion: transfer.motion,
             target: transfer.target.clone(),
-            effects: SMatrix::from_fn(|i, j| chosen(used(j), effect(i, j))),
-            weight: SMatrix::from_fn(|i, j| chosen(used(i) && used(j), weight(i, j))),
+            fixed_to_body: actuation.is_fixed_to_body(),
+            effects: Effects::from_fn(|i, j| chosen(used(j), effect(i, j))),
+            weight: Weight::from_fn(|i, j| chosen(used(i) && used(j), weight(i, j))),
         }
     }
 }

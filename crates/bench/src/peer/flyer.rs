@@ -108,13 +108,15 @@ impl Flyer {
         name: &str,
         times: &[f64],
     ) -> Result<Vec<Offer>, BenchError> {
-        let path = Case::path(name);
-        let refuse = |source| BenchError::Read {
-            path: path.clone(),
-            source,
-        };
-        let text = std::fs::read_to_string(&path).map_err(refuse)?;
-        let mut case: Value = serde_json::from_str(&text).map_err(|error| refuse(error.into()))?;
+        self.offer_to(read_case(name)?, times)
+    }
+
+    /// What can fly a case to `times`, until another is offered.
+    pub(crate) fn offer_to(
+        &mut self,
+        mut case: Value,
+        times: &[f64],
+    ) -> Result<Vec<Offer>, BenchError> {
         case["states"] = Value::Null;
         case["times"] = times.into();
         self.offer(&case)
@@ -164,6 +166,17 @@ impl Flyer {
         }
         answer
     }
+}
+
+/// The data of the reference case called `name`.
+pub(crate) fn read_case(name: &str) -> Result<Value, BenchError> {
+    let path = Case::path(name);
+    let refuse = |source| BenchError::Read {
+        path: path.clone(),
+        source,
+    };
+    let text = std::fs::read_to_string(&path).map_err(refuse)?;
+    serde_json::from_str(&text).map_err(|error| refuse(error.into()))
 }
 
 impl PeerFlight {

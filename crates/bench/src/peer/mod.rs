@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 pub(crate) use compiled::compiled;
-pub(crate) use flyer::{Flyer, Tuning};
+pub(crate) use flyer::{Flyer, Tuning, read_case};
 pub(crate) use process::Process;
 
 use crate::error::BenchError;

@@ -6,6 +6,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::known::Force;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
+use crate::MAX_COMMANDS;
 use crate::problem::{CommandInequality, InequalitySet, Place, StateInequality};
 use crate::units::ROUNDING;
 
@@ -100,7 +101,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     /// planned ones, `offsets` are the indices of δx and ζ in z if they are planned, and `cost` is the size of the cost.
     pub(crate) fn new(
         set: &InequalitySet,
-        selection: &SMatrix<f64, 6, U>,
+        selection: &SMatrix<f64, MAX_COMMANDS, U>,
         offsets: [Option<usize>; 2],
         given: Given,
         (h, intervals): (f64, usize),

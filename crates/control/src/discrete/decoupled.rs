@@ -55,7 +55,7 @@ pub(crate) struct RotationOnly {
 
 /// The states at `0 … N` of the transfer's body without control.
 fn free_flight(transfer: &Transfer) -> Result<Vec<BodyState>, DecouplingError> {
-    let steps = KickDriftKick::full(transfer);
+    let steps = KickDriftKick::<_, 2, 6>::full(transfer);
     let mut state = transfer.initial;
     let mut history = Vec::with_capacity(transfer.intervals + 1);
     history.push(state);

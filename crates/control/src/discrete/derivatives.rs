@@ -7,7 +7,7 @@ use nalgebra::{SVector, Vector3};
 use super::KickDriftKick;
 use super::coordinates::Coordinates;
 use super::drift::RotationDrift;
-use super::linear::{Blocks, Curvature, Linearization, momentum};
+use super::linear::{Curvature, Linearization, momentum};
 
 /// A step up to its last kick.
 pub(super) struct Drifted {
@@ -34,13 +34,19 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
 
     /// First derivatives of a step.
     #[inline]
-    pub(super) fn first(&self, drifted: &Drifted, into: &mut Linearization) {
+    pub(super) fn first(
+        &self,
+        drifted: &Drifted,
+        controls: &[Vector3<f64>; N],
+        into: &mut Linearization,
+    ) {
         into.before = self
             .before
-            .map(|tau| self.kick_gradient(tau, &drifted.begun));
+            .map(|tau| self.kick_gradient(tau, &drifted.begun, controls));
         into.glide = self.glide();
         into.turn = drifted.turn.as_ref().map(|turn| turn.gradient(self.body()));
-        into.after = self.kick_gradient(self.after, &drifted.state);
+        into.after = self.kick_gradient(self.after, &drifted.state, controls);
+        into.frames = self.frames(&drifted.begun, &drifted.state);
     }
 
     /// Second derivatives of the product of `λ` and a step with the derivatives `first`.
@@ -48,12 +54,15 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
     pub(super) fn second<const X: usize>(
         &self,
         drifted: &Drifted,
+        controls: &[Vector3<f64>; N],
         lambda: &SVector<f64, X>,
         first: &Linearization,
         into: &mut Curvature,
     ) {
         let [after, before] = first.about_drift(lambda);
-        into.after = Some(self.curvature_of_kick(self.after, &drifted.state, lambda));
+        let weights = impulses(self.after, lambda);
+        into.after = Some(self.kick_curvature(&drifted.state, controls, &weights));
+        into.after_commands = self.command_curvature(&drifted.state, &weights);
         into.turn = drifted
             .turn
             .as_ref()
@@ -63,20 +72,16 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
                 let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
                 drift.curvature(self.body(), turn, &part(last), &part(last + 3))
             });
-        into.before = self
-            .before
-            .map(|tau| self.curvature_of_kick(tau, &drifted.begun, &before));
+        let weights = self.before.map(|tau| impulses(tau, &before));
+        into.before =
+            weights.map(|weights| self.kick_curvature(&drifted.begun, controls, &weights));
+        into.before_commands =
+            weights.and_then(|weights| self.command_curvature(&drifted.begun, &weights));
     }
+}
 
-    #[inline]
-    fn curvature_of_kick<const X: usize>(
-        &self,
-        tau: f64,
-        state: &BodyState,
-        lambda: &SVector<f64, X>,
-    ) -> Blocks {
-        let weights =
-            std::array::from_fn(|i| tau * lambda.fixed_rows::<3>(momentum(i)).into_owned());
-        self.kick_curvature(state, &weights)
-    }
+/// The multipliers of the loads that act over `tau` before the state that `lambda` belongs to.
+#[inline]
+fn impulses<const X: usize, const N: usize>(tau: f64, lambda: &SVector<f64, X>) -> [Vector3<f64>; N] {
+    std::array::from_fn(|i| tau * lambda.fixed_rows::<3>(momentum(i)).into_owned())
 }

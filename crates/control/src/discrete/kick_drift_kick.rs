@@ -8,12 +8,15 @@ use std::array;
 
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, RigidBody};
-use nalgebra::{SMatrix, SVector, Vector3};
+use lgvi_lie::hat;
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::DiscreteDynamics;
 use super::coordinates::{Coordinates, Full, Variations};
 use super::drift::RotationDrift;
-use super::linear::{Blocks, Curvature, Inputs, KickInputs, Linearization};
+use super::linear::{
+    Blocks, CommandRows, Curvature, Inputs, KickInputs, Linearization, command_rows,
+};
 use crate::Transfer;
 use crate::problem::Dynamics;
 
@@ -27,13 +30,15 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     pub(super) before: Option<f64>,
     /// Duration of the kick after the drift.
     pub(super) after: f64,
+    /// True if the first group of controls, the force, turns with the body.
+    turns: bool,
 }
 
-impl<'t> KickDriftKick<'t, Full, 2, 6> {
-    /// The steps of position and attitude with the transfer's dynamics.
+impl<'t, const U: usize> KickDriftKick<'t, Full, 2, U> {
+    /// The steps of position and attitude with the transfer's dynamics, under the first `U` commands of its actuation.
     pub(crate) fn full(transfer: &'t Transfer) -> Self {
         let matrix = transfer.actuation.matrix();
-        let commands = [0, 3].map(|row| matrix.fixed_rows::<3>(row).into_owned());
+        let commands = [0, 3].map(|row| matrix.fixed_view::<3, U>(row, 0).into_owned());
         Self::new(transfer, Full, commands)
     }
 }
@@ -55,6 +60,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             commands,
             before,
             after,
+            turns: N == 2 && transfer.actuation.is_fixed_to_body(),
         }
     }
 
@@ -66,7 +72,10 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     pub(super) fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
         let Transfer { field, body, .. } = self.transfer;
         let loads = self.coordinates.load(field.as_ref(), body, state);
-        let impulses = array::from_fn(|i| tau * (loads[i] + controls[i]));
+        let mut impulses = array::from_fn(|i| tau * (loads[i] + controls[i]));
+        if self.turns {
+            impulses[0] = tau * (loads[0] + state.attitude * controls[0]);
+        }
         self.coordinates.kick(&impulses, state);
     }
 
@@ -106,21 +115,64 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         C::GLIDES.then(|| h / body.mass())
     }
 
-    /// `τ G`: first derivatives of a kick at `state` by poses.
+    /// `τ G`: first derivatives of a kick at `state` by poses. A force that turns with the body, `R f`, has `−R S(f)` by
+    /// the attitude.
     #[inline]
-    pub(super) fn kick_gradient(&self, tau: f64, state: &BodyState) -> Blocks {
+    pub(super) fn kick_gradient(
+        &self,
+        tau: f64,
+        state: &BodyState,
+        controls: &[Vector3<f64>; N],
+    ) -> Blocks {
         let Transfer { field, body, .. } = self.transfer;
         let mut by_pose = self.coordinates.gradient(field.as_ref(), body, state);
+        if self.turns {
+            by_pose[0][1] -= state.attitude * hat(&controls[0]);
+        }
         by_pose.iter_mut().flatten().for_each(|block| *block *= tau);
         by_pose
     }
 
-    /// Second derivatives by poses of the product of `weights` and the loads at `state`.
+    /// Second derivatives by poses of the product of `weights` and the loads at `state`. A force that turns with the body has
+    /// `½ (l fᵀ + f lᵀ) − l · f I` by the attitude, where `l` is its weight in the body frame.
     #[inline]
-    pub(super) fn kick_curvature(&self, state: &BodyState, weights: &[Vector3<f64>; N]) -> Blocks {
+    pub(super) fn kick_curvature(
+        &self,
+        state: &BodyState,
+        controls: &[Vector3<f64>; N],
+        weights: &[Vector3<f64>; N],
+    ) -> Blocks {
         let Transfer { field, body, .. } = self.transfer;
-        self.coordinates
-            .curvature(field.as_ref(), body, state, weights)
+        let mut by_poses = self
+            .coordinates
+            .curvature(field.as_ref(), body, state, weights);
+        if self.turns {
+            let (weight, force) = (state.attitude.tr_mul(&weights[0]), &controls[0]);
+            let outer = weight * force.transpose();
+            by_poses[1][1] += 0.5 * (outer + outer.transpose())
+                - Matrix3::from_diagonal_element(weight.dot(force));
+        }
+        by_poses
+    }
+
+    /// Second derivatives by attitude and commands of the product of `weights` and the forces at `state`, `−S(l) F`, if the
+    /// forces turn with the body.
+    #[inline]
+    pub(super) fn command_curvature(
+        &self,
+        state: &BodyState,
+        weights: &[Vector3<f64>; N],
+    ) -> Option<CommandRows> {
+        self.turns.then(|| {
+            let weight = state.attitude.tr_mul(&weights[0]);
+            command_rows(&(-hat(&weight) * self.commands[0]))
+        })
+    }
+
+    /// The attitudes in which forces act at both kicks, if they turn with the body.
+    #[inline]
+    pub(super) fn frames(&self, begun: &BodyState, drifted: &BodyState) -> Option<[Matrix3<f64>; 2]> {
+        self.turns.then_some([begun.attitude, drifted.attitude])
     }
 }
 
@@ -164,7 +216,7 @@ where
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
         let mut drifted = self.drifted(k, state, &controls)?;
-        self.first(&drifted, into);
+        self.first(&drifted, &controls, into);
         self.kick(self.after, &controls, &mut drifted.state);
         Ok(drifted.state)
     }
@@ -180,8 +232,8 @@ where
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
         let mut drifted = self.drifted(k, state, &controls)?;
-        self.first(&drifted, first);
-        self.second(&drifted, lambda, first, second);
+        self.first(&drifted, &controls, first);
+        self.second(&drifted, &controls, lambda, first, second);
         self.kick(self.after, &controls, &mut drifted.state);
         Ok(drifted.state)
     }

@@ -3,6 +3,8 @@
 //! For variations `p` of pose, `m` of momentum and `v` of command a kick is `m⁺ = m + T p + τ B v` with `T = τ G`. A drift
 //! is `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`. The product of the factors is never formed: it has many more entries.
 
+use std::borrow::Cow;
+
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 /// Derivatives of two groups of three coordinates by as many. A motion of one group uses the first block only.
@@ -18,26 +20,43 @@ pub(crate) const fn momentum(group: usize) -> usize {
     6 * group + 3
 }
 
+/// The number of lanes for commands.
+pub(crate) const LANES: usize = 16;
+
+/// Numbers by commands, with zeros beyond the last one, for each of three coordinates.
+pub(crate) type CommandRows = [[f64; LANES]; 3];
+
+/// The rows of a matrix.
+pub(crate) fn command_rows<const U: usize>(matrix: &SMatrix<f64, 3, U>) -> CommandRows {
+    const { assert!(U < LANES) };
+    let mut rows = [[0.0; LANES]; 3];
+    for (r, row) in rows.iter_mut().enumerate() {
+        for (entry, column) in row.iter_mut().zip(&matrix.data.0) {
+            *entry = column[r];
+        }
+    }
+    rows
+}
+
 /// What the commands do in a kick.
 #[derive(Clone, Debug)]
 pub(crate) struct KickInputs<const U: usize> {
     /// `τ B`, by groups.
     pub(crate) columns: [SMatrix<f64, 3, U>; 2],
-    /// The same by rows, with zeros beyond the last command.
-    pub(crate) rows: [[[f64; 8]; 3]; 2],
+    /// The same by rows.
+    pub(crate) rows: [CommandRows; 2],
 }
 
 impl<const U: usize> KickInputs<U> {
     pub(crate) fn new(columns: [SMatrix<f64, 3, U>; 2]) -> Self {
-        let mut rows = [[[0.0; 8]; 3]; 2];
-        for (rows, columns) in rows.iter_mut().zip(&columns) {
-            for (r, row) in rows.iter_mut().enumerate() {
-                for (entry, column) in row.iter_mut().zip(&columns.data.0) {
-                    *entry = column[r];
-                }
-            }
-        }
+        let rows = columns.each_ref().map(command_rows);
         Self { columns, rows }
+    }
+
+    /// The effects of forces that turn with a body in this attitude.
+    fn turned(&self, attitude: &Matrix3<f64>) -> Self {
+        let [force, moment] = &self.columns;
+        Self::new([attitude * force, *moment])
     }
 }
 
@@ -56,6 +75,16 @@ impl<const U: usize> Inputs<U> {
         Self {
             before: Some(KickInputs::new([SMatrix::zeros(); 2])),
             after: KickInputs::new([SMatrix::zeros(); 2]),
+        }
+    }
+
+    /// The effects of forces that turn with a body in these attitudes at both kicks.
+    #[cold]
+    #[inline(never)]
+    fn turned(&self, [begun, drifted]: &[Matrix3<f64>; 2]) -> Self {
+        Self {
+            before: self.before.as_ref().map(|kick| kick.turned(begun)),
+            after: self.after.turned(drifted),
         }
     }
 }
@@ -82,6 +111,8 @@ pub(crate) struct Linearization {
     pub(crate) turn: Option<Turn>,
     /// `T` of the kick after the drift.
     pub(crate) after: Blocks,
+    /// The attitudes at the two kicks, if forces turn with the body.
+    pub(crate) frames: Option<[Matrix3<f64>; 2]>,
 }
 
 fn part<const X: usize>(z: &SVector<f64, X>, at: usize) -> Vector3<f64> {
@@ -99,6 +130,18 @@ pub(crate) const fn groups(coordinates: usize) -> usize {
 }
 
 impl Linearization {
+    /// The effects of the commands in this step; `inputs` are those in the body's own axes.
+    #[inline]
+    pub(crate) fn inputs<'i, const U: usize>(
+        &self,
+        inputs: &'i Inputs<U>,
+    ) -> Cow<'i, Inputs<U>> {
+        match &self.frames {
+            None => Cow::Borrowed(inputs),
+            Some(frames) => Cow::Owned(inputs.turned(frames)),
+        }
+    }
+
     /// `A z + B v`
     #[inline]
     pub(crate) fn forward<const X: usize, const U: usize>(
@@ -107,6 +150,7 @@ impl Linearization {
         z: &SVector<f64, X>,
         v: &SVector<f64, U>,
     ) -> SVector<f64, X> {
+        let inputs = &*self.inputs(inputs);
         let mut z = *z;
         let kick =
             |z: &mut SVector<f64, X>, t: &Blocks, KickInputs { columns, .. }: &KickInputs<U>| {
@@ -144,6 +188,7 @@ impl Linearization {
         inputs: &Inputs<U>,
         lambda: &SVector<f64, X>,
     ) -> (SVector<f64, X>, SVector<f64, U>) {
+        let inputs = &*self.inputs(inputs);
         let mut lambda = *lambda;
         let mut by_command = SVector::zeros();
         let mut kick = |lambda: &mut SVector<f64, X>,
@@ -225,6 +270,10 @@ pub(crate) struct Curvature {
     pub(crate) turn: Option<TurnCurvature>,
     /// Of the kick after the drift, by poses.
     pub(crate) after: Option<Blocks>,
+    /// Of the kick before the drift, by the attitude and the commands, if forces turn with the body.
+    pub(crate) before_commands: Option<CommandRows>,
+    /// Of the kick after the drift, by the attitude and the commands, if forces turn with the body.
+    pub(crate) after_commands: Option<CommandRows>,
 }
 
 /// Second derivatives of the rotation of a drift. Those by pose twice are zero.

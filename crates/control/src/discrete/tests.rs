@@ -13,6 +13,7 @@ use self::model::{Scene, State, scenes, scheme};
 use super::{
     Curvature, DecoupledCommands, DecouplingError, DiscreteDynamics, KickDriftKick, Linearization,
 };
+use crate::Actuation;
 use crate::problem::Dynamics;
 
 fn random<const N: usize>(rng: &mut fastrand::Rng, scale: f64) -> SVector<f64, N> {
@@ -124,14 +125,46 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
             let steps = KickDriftKick::full(&transfer);
             let (command, lambda) = (random::<6>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
             let (end, derivatives) = found(&steps, 0, state, &command, &lambda);
-            let load = transfer.actuation.matrix();
+            let load = transfer.actuation.matrix().fixed_columns::<6>(0).into();
             let expected = differentiated::<12, 6>(&lambda, |z, v| {
                 let moved = State::of(state).moved(z);
                 scene
-                    .step(dynamics, moved, control(load, &command, v))
+                    .step(dynamics, moved, control(&load, &command, v))
                     .minus(&State::of(&end))
             });
             assert_same(&derivatives, &expected, &format!("{name}, {dynamics:?}"));
+        }
+    }
+}
+
+#[test]
+fn forces_that_turn_with_the_body_have_the_derivatives_of_steps_made_of_potentials() {
+    let mut rng = fastrand::Rng::with_seed(37);
+    for scene in scenes(&mut rng).iter().step_by(5) {
+        let columns: Vec<_> = (0..9)
+            .map(|_| (random::<6>(&mut rng, 1.0).into(), 1.0 + rng.f64()))
+            .collect();
+        let thrusters = Actuation::actuators(&columns).unwrap().fixed_to_body();
+        for dynamics in SCHEMES {
+            let transfer = scene
+                .transfer_by(thrusters.clone())
+                .with_dynamics(dynamics);
+            let steps = KickDriftKick::full(&transfer);
+            let (command, lambda) = (random::<9>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
+            let (end, derivatives) = found(&steps, 0, &scene.state, &command, &lambda);
+            let load = thrusters.matrix().fixed_columns::<9>(0).into();
+            let expected = differentiated::<12, 9>(&lambda, |z, v| {
+                let load = control(&load, &command, v);
+                let turned = |state: &State<HyperDual64>| {
+                    let force = state.rotated([load[0], load[1], load[2]]);
+                    std::array::from_fn(|i| if i < 3 { force[i] } else { load[i] })
+                };
+                let moved = State::of(&scene.state).moved(z);
+                let next = scene.step_by(dynamics, moved, turned);
+                next.minus(&State::of(&end))
+            });
+            let what = format!("{}, {dynamics:?}", scene.name);
+            assert_same(&derivatives, &expected, &what);
         }
     }
 }
@@ -144,7 +177,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
         for dynamics in SCHEMES {
             let transfer = scene.transfer(dynamics);
             let what = format!("{}, {dynamics:?}", scene.name);
-            let free = KickDriftKick::full(&transfer);
+            let free = KickDriftKick::<_, 2, 6>::full(&transfer);
             let one = free.next(0, &scene.state, &SVector::zeros()).unwrap();
             let two = free.next(1, &one, &SVector::zeros()).unwrap();
             let history = [one, two].map(|state| State::of(&state));
@@ -243,7 +276,7 @@ fn propagators_fly_the_same_steps() {
                 let command = random::<6>(&mut rng, 0.1);
                 state = steps.next(k, &state, &command).unwrap();
                 flight
-                    .advance(&[transfer.actuation.load(&command)])
+                    .advance(&[transfer.actuation.load(&command.fixed_resize(0.0))])
                     .unwrap();
                 let apart = steps.difference(&flight.states()[0], &state).amax();
                 furthest = furthest.max(apart);
@@ -262,7 +295,7 @@ fn moving_by_the_difference_arrives() {
     let mut rng = fastrand::Rng::with_seed(34);
     let scene = &scenes(&mut rng)[0];
     let transfer = scene.transfer(Dynamics::Lgvi);
-    let full = KickDriftKick::full(&transfer);
+    let full = KickDriftKick::<_, 2, 6>::full(&transfer);
     let forces = DecoupledCommands::forces(&transfer.actuation).unwrap();
     let moments = DecoupledCommands::moments(&transfer.actuation).unwrap();
     let translation = KickDriftKick::translation(&transfer, &forces).unwrap();

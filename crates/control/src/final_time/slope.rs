@@ -5,7 +5,7 @@ use crate::discrete::{
     DecoupledCommands, DecouplingError, DiscreteDynamics, Inputs, KickDriftKick, Linearization,
 };
 use crate::problem::{Vector12, block};
-use crate::{Dynamics, Motion, Plan, Transfer};
+use crate::{Command, Dynamics, MAX_COMMANDS, Motion, Plan, Transfer};
 
 /// The exact derivative `dJ/dh` of a transfer's solution. By the envelope theorem it is the derivative of the
 /// Lagrangian by the step size at fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions
@@ -19,7 +19,7 @@ pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, Decouplin
     };
     match motion {
         Motion::Full => {
-            let steps = KickDriftKick::full(transfer);
+            let steps = KickDriftKick::<_, 2, MAX_COMMANDS>::full(transfer);
             lagrangian(transfer, plan, &steps, 0, |command| *command, &[])
         }
         Motion::Translation => {
@@ -70,7 +70,7 @@ fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
     plan: &Plan,
     steps: &S,
     first: usize,
-    narrowed: impl Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+    narrowed: impl Fn(&Command) -> SVector<f64, U>,
     free: &[Vector12],
 ) -> Result<f64, DecouplingError> {
     let own = |all: &Vector12| all.fixed_rows::<X>(first).into_owned();
@@ -116,7 +116,11 @@ fn changes(
             moment: state.angular_momentum,
         };
         let sign = if at == 0 { 1.0 } else { -1.0 };
-        let load = impulses(&(field.load(body, x, r) + *control));
+        let mut control = *control;
+        if transfer.actuation.is_fixed_to_body() {
+            control.force = r * control.force;
+        }
+        let load = impulses(&(field.load(body, x, r) + control));
         let mut change = (sign * impulses(&momenta) + 2.0 * lengths[at] * load) / h;
         if let Some(free) = free {
             let (position, attitude) = (block(&free[at], 0), block(&free[at], 2));
@@ -134,7 +138,7 @@ fn changes(
 /// The derivatives of the free flight's states at `0 … N` by the step size: six coordinates starting at index `first`;
 /// the others are zero.
 fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, DecouplingError> {
-    let steps = KickDriftKick::full(transfer);
+    let steps = KickDriftKick::<_, 2, 6>::full(transfer);
     let mut linear = Linearization::default();
     let none = Inputs::<6>::none();
     let mut state = transfer.initial;

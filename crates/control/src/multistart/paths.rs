@@ -128,8 +128,13 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         let before = states[k - 1];
         let carried = attitude.tr_mul(&before.attitude) * before.angular_momentum;
         let gravity = field.load(body, &position, &attitude);
+        let force = (state.linear_momentum - before.linear_momentum) / *h - gravity.force;
         commands.push(actuation.command(&Load {
-            force: (state.linear_momentum - before.linear_momentum) / *h - gravity.force,
+            force: if actuation.is_fixed_to_body() {
+                attitude.tr_mul(&force)
+            } else {
+                force
+            },
             moment: (state.angular_momentum - carried) / *h - gravity.moment,
         }));
         states.push(state);

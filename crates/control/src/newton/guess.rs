@@ -92,16 +92,15 @@ where
 
     let mut linear = Linearization::default();
     let idle = SVector::zeros();
-    // The effect of commands hardly differs from step to step.
-    problem
-        .steps
-        .linearize(0, &states[0], &idle, &mut linear)
-        .map_err(|source| (0, source))?;
-    let b: SMatrix<f64, X, U> = linear.by_command(&problem.steps.inputs());
-    let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * b[(i, j)]);
-    // A share of the cost so small that it only bounds commands that have no effect.
-    let normal = weighted.tr_mul(&b) + (1e-9 * h) * problem.weight;
-    let factor = normal.cholesky();
+    let inputs = problem.steps.inputs();
+    let fitted = |linear: &Linearization| {
+        let b: SMatrix<f64, X, U> = linear.by_command(&inputs);
+        let weighted = SMatrix::<f64, X, U>::from_fn(|i, j| problem.stiffness[i] * b[(i, j)]);
+        // A share of the cost so small that it only bounds commands that have no effect.
+        let normal = weighted.tr_mul(&b) + (1e-9 * h) * problem.weight;
+        (weighted, normal.cholesky())
+    };
+    let mut fit = None;
     let mut commands = Vec::with_capacity(problem.intervals);
     for k in 0..problem.intervals {
         let next = problem
@@ -109,6 +108,15 @@ where
             .next(k, &states[k], &idle)
             .map_err(|source| (k, source))?;
         let missing = problem.steps.difference(&next, &states[k + 1]);
+        // The effect of commands hardly differs from step to step, unless they turn with the body.
+        if fit.is_none() || linear.frames.is_some() {
+            problem
+                .steps
+                .linearize(k, &states[k], &idle, &mut linear)
+                .map_err(|source| (k, source))?;
+            fit = Some(fitted(&linear));
+        }
+        let (weighted, factor) = fit.get_or_insert_with(|| fitted(&linear));
         let command = factor.as_ref().map_or_else(SVector::zeros, |factor| {
             factor.solve(&weighted.tr_mul(&missing))
         });

@@ -1,23 +1,37 @@
 use std::ops::RangeInclusive;
 
 use lgvi_dynamics::Load;
+use lgvi_dynamics::thrusters::Thruster;
 use nalgebra::{Matrix3, SMatrix, SVD, SVector};
 use thiserror::Error;
 
 use super::transfer::invert;
 
+/// The largest number of commands.
+pub const MAX_COMMANDS: usize = 15;
+
+/// Commands `w` of an interval; zero beyond the last command.
+pub type Command = SVector<f64, MAX_COMMANDS>;
+
+/// `B`: rows are force and moment, with one column per command.
+pub(crate) type Effects = SMatrix<f64, 6, MAX_COMMANDS>;
+
+/// A weight of commands.
+pub(crate) type Weight = SMatrix<f64, MAX_COMMANDS, MAX_COMMANDS>;
+
 /// The map from commands `w` to force and moment, `u = B w`, and their cost per interval, `(h/2) wᵀ W w`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
-    /// `B`: rows are force (inertial frame) and moment (body frame), with one column per command; columns beyond the
-    /// last command are zero.
-    matrix: SMatrix<f64, 6, 6>,
+    /// `B`; columns beyond the last command are zero.
+    matrix: Effects,
     /// `W`, symmetric positive definite; the identity beyond the last command.
-    weight: SMatrix<f64, 6, 6>,
+    weight: Weight,
     /// Number of commands.
     commands: usize,
+    /// True if the forces turn with the body.
+    fixed_to_body: bool,
     /// `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺`
-    pseudo_inverse: SMatrix<f64, 6, 6>,
+    pseudo_inverse: SMatrix<f64, MAX_COMMANDS, 6>,
     /// `W_f⁻¹` and `W_m⁻¹` if the commands are force and moment themselves.
     gains: Option<[Matrix3<f64>; 2]>,
 }
@@ -50,8 +64,8 @@ pub enum ActuationError {
         /// Its weight.
         weight: f64,
     },
-    /// The number of columns is not 1 to 6.
-    #[error("the actuation has {found} commands, expected 1 to 6")]
+    /// The number of columns is not 1 to [`MAX_COMMANDS`].
+    #[error("the actuation has {found} commands, expected 1 to {MAX_COMMANDS}")]
     Commands {
         /// Number of columns.
         found: usize,
@@ -79,7 +93,7 @@ impl Actuation {
             invert("force", force_weight)?,
             invert("moment", moment_weight)?,
         ];
-        let mut weight = SMatrix::<f64, 6, 6>::zeros();
+        let mut weight = Weight::identity();
         weight.fixed_view_mut::<3, 3>(0, 0).copy_from(force_weight);
         weight.fixed_view_mut::<3, 3>(3, 3).copy_from(moment_weight);
         Ok(Self {
@@ -87,18 +101,20 @@ impl Actuation {
             pseudo_inverse: SMatrix::identity(),
             weight,
             commands: 6,
+            fixed_to_body: false,
             gains: Some(gains),
         })
     }
 
-    /// Makes an actuation of one to six actuators, each given by the force and moment of a unit command and its weight.
+    /// Makes an actuation of 1 to [`MAX_COMMANDS`] actuators, each given by the force (inertial frame) and moment (body
+    /// frame) of a unit command, and its weight.
     pub fn actuators(columns: &[([f64; 6], f64)]) -> Result<Self, ActuationError> {
         let commands = columns.len();
-        if !(1..=6).contains(&commands) {
+        if !(1..=MAX_COMMANDS).contains(&commands) {
             return Err(ActuationError::Commands { found: commands });
         }
-        let mut matrix = SMatrix::<f64, 6, 6>::zeros();
-        let mut weights = SMatrix::<f64, 6, 6>::identity();
+        let mut matrix = Effects::zeros();
+        let mut weights = Weight::identity();
         for (command, &(column, weight)) in columns.iter().enumerate() {
             let is_known = |c: &f64| *c == 0.0 || SIZES.contains(&c.abs());
             if !column.iter().all(is_known) || column.iter().all(|c| *c == 0.0) {
@@ -110,7 +126,7 @@ impl Actuation {
             matrix.set_column(command, &SVector::from(column));
             weights[(command, command)] = weight;
         }
-        let inverse = SMatrix::<f64, 6, 6>::from_diagonal(&weights.diagonal().map(f64::recip));
+        let inverse = Weight::from_diagonal(&weights.diagonal().map(f64::recip));
         let mut reach = matrix * inverse * matrix.transpose();
         // Each component is measured in units of its own reach, so that the nearest load does not depend on the units
         // of force and moment.
@@ -134,7 +150,43 @@ impl Actuation {
             pseudo_inverse,
             weight: weights,
             commands,
+            fixed_to_body: false,
             gains: None,
+        })
+    }
+
+    /// The actuation by a body's thrusters, whose commands are their forces, with a weight for each.
+    pub fn thrusters(
+        thrusters: &[Thruster],
+        weights: impl IntoIterator<Item = f64>,
+    ) -> Result<Self, ActuationError> {
+        let column = |thruster: &Thruster| {
+            let moment = thruster.position.cross(&thruster.direction);
+            let column = thruster.direction.iter().chain(&moment);
+            SVector::<f64, 6>::from_iterator(column.copied()).into()
+        };
+        let columns: Vec<_> = thrusters.iter().map(column).zip(weights).collect();
+        Self::actuators(&columns).map(Self::fixed_to_body)
+    }
+
+    /// The actuation with actuators that are fixed to the body, such as thrusters: forces are in the body frame, too, and
+    /// turn with it. At each end of a step they have the attitude there.
+    pub fn fixed_to_body(self) -> Self {
+        Self {
+            fixed_to_body: true,
+            gains: None,
+            ..self
+        }
+    }
+
+    /// The actuation by `columns`, as [`Actuation::actuators`], whose forces turn with the body if those of `self` do.
+    pub(crate) fn with_columns(
+        &self,
+        columns: &[([f64; 6], f64)],
+    ) -> Result<Self, ActuationError> {
+        Ok(Self {
+            fixed_to_body: self.fixed_to_body,
+            ..Self::actuators(columns)?
         })
     }
 
@@ -143,12 +195,11 @@ impl Actuation {
     pub(crate) fn in_units(
         &self,
         loads: &SVector<f64, 6>,
-        commands: &SVector<f64, 6>,
+        commands: &Command,
         rate: f64,
     ) -> Result<Self, ActuationError> {
-        let weight = SMatrix::<f64, 6, 6>::from_fn(|i, j| {
-            self.weight[(i, j)] * (commands[i] * commands[j] / rate)
-        });
+        let weight =
+            Weight::from_fn(|i, j| self.weight[(i, j)] * (commands[i] * commands[j] / rate));
         if self.gains.is_some() {
             let [force, moment] = [0, 3].map(|at| weight.fixed_view::<3, 3>(at, at).into_owned());
             return Self::full(&force, &moment);
@@ -160,7 +211,7 @@ impl Actuation {
                 (column.into(), weight[(command, command)])
             })
             .collect();
-        Self::actuators(&columns)
+        self.with_columns(&columns)
     }
 
     /// The number of commands.
@@ -168,13 +219,18 @@ impl Actuation {
         self.commands
     }
 
-    /// `B` (6×6); columns beyond the last command are zero.
-    pub fn matrix(&self) -> &SMatrix<f64, 6, 6> {
+    /// Returns true if the forces turn with the body.
+    pub fn is_fixed_to_body(&self) -> bool {
+        self.fixed_to_body
+    }
+
+    /// `B`; columns beyond the last command are zero.
+    pub fn matrix(&self) -> &SMatrix<f64, 6, MAX_COMMANDS> {
         &self.matrix
     }
 
-    /// `W` (6×6); the identity beyond the last command.
-    pub fn weight(&self) -> &SMatrix<f64, 6, 6> {
+    /// `W`; the identity beyond the last command.
+    pub fn weight(&self) -> &SMatrix<f64, MAX_COMMANDS, MAX_COMMANDS> {
         &self.weight
     }
 
@@ -183,8 +239,11 @@ impl Actuation {
         self.gains.as_ref()
     }
 
-    /// The actuation with the same commands, but only those in the range of `selection` (6×U) have an effect.
-    pub(crate) fn limited_to<const U: usize>(&self, selection: &SMatrix<f64, 6, U>) -> Self {
+    /// The actuation with the same commands, but only those in the range of `selection` have an effect.
+    pub(crate) fn limited_to<const U: usize>(
+        &self,
+        selection: &SMatrix<f64, MAX_COMMANDS, U>,
+    ) -> Self {
         let kept = selection * selection.transpose();
         Self {
             matrix: self.matrix * kept,
@@ -194,8 +253,8 @@ impl Actuation {
         }
     }
 
-    /// `B w`.
-    pub fn load(&self, command: &SVector<f64, 6>) -> Load {
+    /// `B w`; the force is in the body frame if the actuators are fixed to the body.
+    pub fn load(&self, command: &Command) -> Load {
         let load = self.matrix * command;
         Load {
             force: load.fixed_rows::<3>(0).into_owned(),
@@ -204,15 +263,17 @@ impl Actuation {
     }
 
     /// The cost of an interval's command: `(h/2) wᵀ W w`.
-    pub fn cost(&self, h: f64, command: &SVector<f64, 6>) -> f64 {
+    pub fn cost(&self, h: f64, command: &Command) -> f64 {
         0.5 * h * command.dot(&(self.weight * command))
     }
 
-    /// The cheapest command whose load is `load`, or comes nearest to it: `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺ u`.
-    pub fn command(&self, load: &Load) -> SVector<f64, 6> {
-        let load = SVector::from_iterator(load.force.iter().chain(&load.moment).copied());
+    /// The cheapest command whose load is `load`, or comes nearest to it: `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺ u`. The force is in the axes of
+    /// [`Actuation::load`].
+    pub fn command(&self, load: &Load) -> Command {
+        let load =
+            SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
         if self.gains.is_some() {
-            return load;
+            return load.fixed_resize(0.0);
         }
         self.pseudo_inverse * load
     }

@@ -9,7 +9,8 @@ mod pointing;
 pub mod terminal;
 mod transfer;
 
-pub use actuation::{Actuation, ActuationError};
+pub use actuation::{Actuation, ActuationError, Command, MAX_COMMANDS};
+pub(crate) use actuation::{Effects, Weight};
 pub use comparable::Comparable;
 pub(crate) use constraint::{CommandInequality, InequalitySet, StateInequality};
 pub use constraint::{Constraint, Place};

@@ -23,8 +23,10 @@ impl<const X: usize> CostToGo<X> {
         // As in `CostToGo::sweep`.
         if X <= 6 && U < 4 {
             dispatch!(self.level, simd => self.gain_in::<_, U, 2, 1>(simd, policy, softness, gain));
-        } else {
+        } else if U < 8 {
             dispatch!(self.level, simd => self.gain_in::<_, U, 3, 2>(simd, policy, softness, gain));
+        } else {
+            dispatch!(self.level, simd => self.gain_in::<_, U, 3, 4>(simd, policy, softness, gain));
         }
     }
 

@@ -13,7 +13,9 @@ use super::columns::{
     transposed, zero,
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
-use crate::discrete::linear::{Blocks, KickInputs, TurnCurvature, groups, momentum, pose};
+use crate::discrete::linear::{
+    Blocks, CommandRows, KickInputs, LANES, TurnCurvature, groups, momentum, pose,
+};
 use crate::discrete::{Inputs, Linearization};
 
 /// A stage: its model, its first derivatives, and the effects of its commands.
@@ -31,18 +33,27 @@ impl<const X: usize> CostToGo<X> {
         stage: Stage<'_, X, U>,
         policy: &mut Policy<X, U>,
     ) -> Result<(), NotConvex> {
-        const { assert!(X <= 12 && X.is_multiple_of(6) && U < 8) };
-        // The lanes of a column of X rows, and of one of U + 1 rows.
+        const { assert!(X <= 12 && X.is_multiple_of(6) && U < LANES) };
+        // The lanes of a column of X rows, and of one of U + 1 rows, and the number of the latter.
         if X <= 6 && U < 4 {
-            dispatch!(self.level, simd => Sweep::<_, X, U, 2, 1>::run(simd, self, stage, policy))
+            dispatch!(self.level, simd => Sweep::<_, X, U, 2, 1, 4>::run(simd, self, stage, policy))
+        } else if U < 8 {
+            dispatch!(self.level, simd => Sweep::<_, X, U, 3, 2, 8>::run(simd, self, stage, policy))
         } else {
-            dispatch!(self.level, simd => Sweep::<_, X, U, 3, 2>::run(simd, self, stage, policy))
+            dispatch!(self.level, simd => Sweep::<_, X, U, 3, 4, 16>::run(simd, self, stage, policy))
         }
     }
 }
 
 /// The cost to go on the way from the end of a stage to its start, before the commands are chosen.
-struct Sweep<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> {
+struct Sweep<
+    S: Simd,
+    const X: usize,
+    const U: usize,
+    const V: usize,
+    const W: usize,
+    const L: usize,
+> {
     /// `P`
     hessian: [Column<S, V>; X],
     /// `Gᵀ`
@@ -56,7 +67,9 @@ struct Sweep<S: Simd, const X: usize, const U: usize, const V: usize, const W: u
     simd: S,
 }
 
-impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sweep<S, X, U, V, W> {
+impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, const L: usize>
+    Sweep<S, X, U, V, W, L>
+{
     #[inline(always)]
     fn run(
         simd: S,
@@ -70,13 +83,16 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
             inputs,
         } = stage;
         let curvature = &model.curvature;
+        let inputs = &*step.inputs(inputs);
         let mut sweep = Self::begin(simd, cost, model);
         sweep.take_commands(&inputs.after);
         sweep.pass_kick(&step.after, curvature.after.as_ref());
+        sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
         if let (Some(by_pose), Some(kick)) = (&step.before, &inputs.before) {
             sweep.take_more_commands(kick);
             sweep.pass_kick(by_pose, curvature.before.as_ref());
+            sweep.cross(curvature.before_commands.as_ref());
         }
         sweep.end(cost, model, policy)
     }
@@ -186,6 +202,17 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
         }
     }
 
+    /// Adds the second derivatives of a kick by the attitude and the commands, at its start.
+    #[inline(always)]
+    fn cross(&mut self, curvature: Option<&CommandRows>) {
+        if let Some(curvature) = curvature {
+            let attitude = pose(groups(X) - 1);
+            for (c, rows) in curvature.iter().enumerate() {
+                plus(&mut self.mixed[attitude + c], &load(self.simd, rows));
+            }
+        }
+    }
+
     /// Goes from the end of the drift to its start.
     #[inline(always)]
     fn pass_drift(&mut self, step: &Linearization, curvature: Option<&TurnCurvature>) {
@@ -240,7 +267,7 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
             policy.constant = not_convex(&factor, row);
             return Err(NotConvex);
         }
-        let by_state: [Column<S, V>; 8] = transposed(simd, &self.mixed);
+        let by_state: [Column<S, V>; L] = transposed(simd, &self.mixed);
         let mut gradient = by_state[U];
         let mut by_state: [Column<S, V>; U] = std::array::from_fn(|u| by_state[u]);
         let mut by_conditions = self.by_conditions;
@@ -304,7 +331,7 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize> Sw
 /// A column of zeros except for a 1 in this row.
 #[inline(always)]
 fn last_row<S: Simd, const W: usize>(simd: S, row: usize) -> Column<S, W> {
-    let mut rows = [0.0; 8];
+    let mut rows = [0.0; LANES];
     rows[row] = 1.0;
     let mut column = zero(simd);
     for (four, rows) in column.iter_mut().zip(rows.as_chunks::<4>().0) {

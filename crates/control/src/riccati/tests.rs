@@ -4,7 +4,7 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
-use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature};
+use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature, command_rows};
 use crate::discrete::tests::composed::Composed;
 
 fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f64, R, C> {
@@ -53,8 +53,9 @@ fn blocks(rng: &mut Rng, size: f64, symmetric: bool) -> Blocks {
     blocks
 }
 
-/// A random step of either scheme, with its curvature: of center of mass and attitude, or of one of them.
-fn step<const X: usize>(
+/// A random step of either scheme, with its curvature: of center of mass and attitude, or of one of them. More commands than
+/// six turn with the body.
+fn step<const X: usize, const U: usize>(
     rng: &mut Rng,
     two_kicks: bool,
     glides: bool,
@@ -71,7 +72,9 @@ fn step<const X: usize>(
             momentum: unit + random::<3, 3>(rng, 0.3),
         }),
         after: blocks(rng, 0.3, false),
+        frames: (U > 6).then(|| [0, 1].map(|_| lgvi_lie::exp(&random(rng, 2.0)))),
     };
+    let cross = |rng: &mut Rng| (U > 6).then(|| command_rows(&random::<3, U>(rng, 0.1)));
     let curvature = Curvature {
         before: two_kicks.then(|| blocks(rng, 0.1, true)),
         turn: turns.then(|| TurnCurvature {
@@ -79,6 +82,8 @@ fn step<const X: usize>(
             momentum_momentum: symmetric(random(rng, 0.1)),
         }),
         after: Some(blocks(rng, 0.1, true)),
+        before_commands: cross(rng).filter(|_| two_kicks),
+        after_commands: cross(rng),
     };
     (linear, curvature)
 }
@@ -100,7 +105,7 @@ fn problem<const X: usize, const U: usize>(
     let stages = (0..intervals)
         .map(|_| {
             let command = random::<U, U>(rng, 0.3);
-            let (step, curvature) = step::<X>(rng, two_kicks, glides);
+            let (step, curvature) = step::<X, U>(rng, two_kicks, glides);
             let model = StageModel {
                 curvature,
                 state: symmetric(random(rng, 0.1)) + convexity * SMatrix::identity(),
@@ -230,6 +235,8 @@ fn the_sweep_solves_the_optimality_conditions() {
     for intervals in [2, 3, 10, 30] {
         agrees::<12, 6>(intervals as u64, intervals, 12);
         agrees::<6, 3>(intervals as u64, intervals, 6);
+        agrees::<12, 9>(intervals as u64, intervals, 12);
+        agrees::<12, 15>(intervals as u64, intervals, 12);
     }
     for conditions in [0, 1, 5, 9, 11] {
         agrees::<12, 6>(7, 8, conditions);
@@ -329,8 +336,13 @@ fn gains_are_those_of_neighboring_optima() {
 /// The results do not depend on the instructions of the lanes.
 #[test]
 fn instructions_change_no_bit() {
+    on_all_instructions::<6>();
+    on_all_instructions::<15>();
+}
+
+fn on_all_instructions<const U: usize>() {
     let mut rng = Rng::with_seed(13);
-    let (stages, end) = problem::<12, 6>(&mut rng, 20, 12, 0.5);
+    let (stages, end) = problem::<12, U>(&mut rng, 20, 12, 0.5);
     let results = [Level::baseline(), Level::new()].map(|level| {
         let mut cost = CostToGo::end(&end);
         cost.level = level;

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 use thiserror::Error;
 
 use super::step::{Sensitivity, Step};
-use crate::Transfer;
+use crate::{Command, Transfer};
 use crate::problem::{Vector12, block};
 
 /// The reason why an extremal does not reach its end.
@@ -134,6 +134,7 @@ fn control([force, moment]: &[Matrix3<f64>; 2], lambda: &Vector12) -> Load {
 }
 
 /// Force and moment in one vector.
-pub(crate) fn stacked(load: &Load) -> SVector<f64, 6> {
-    SVector::from_iterator(load.force.iter().chain(&load.moment).copied())
+pub(crate) fn stacked(load: &Load) -> Command {
+    let load = SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
+    load.fixed_resize(0.0)
 }

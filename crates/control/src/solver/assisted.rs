@@ -52,7 +52,7 @@ impl<C> Solver<'_, C> {
         let mut view = resolved(self.transfer, self.first_intervals());
         let mut known: Option<Iterate<X, U>> = None;
         for weight in WEIGHTS {
-            view.actuation = completed(&own, &missing, weight)?;
+            view.actuation = completed(&view.actuation, &own, &missing, weight)?;
             let class = C::of(&view.actuation).ok()?;
             let (class, tolerances) = (std::mem::replace(&mut self.class, class), self.tolerances);
             self.tolerances = Tolerances {
@@ -210,7 +210,12 @@ fn missing_directions(own: &[Column], [forces, moments]: [bool; 2]) -> Vec<Vecto
 
 /// The commands together with the missing ones, whose weight is `multiple` times the least weight of a unit load by any
 /// command.
-fn completed(own: &[Column], missing: &[Vector6<f64>], multiple: f64) -> Option<Actuation> {
+fn completed(
+    actuation: &Actuation,
+    own: &[Column],
+    missing: &[Vector6<f64>],
+    multiple: f64,
+) -> Option<Actuation> {
     let cheapest = own
         .iter()
         .map(|(column, weight)| weight / column.norm_squared())
@@ -222,5 +227,5 @@ fn completed(own: &[Column], missing: &[Vector6<f64>], multiple: f64) -> Option<
         .chain(added)
         .map(|(column, weight)| (column.into(), weight))
         .collect();
-    Actuation::actuators(&columns).ok()
+    actuation.with_columns(&columns).ok()
 }

@@ -8,7 +8,7 @@ use crate::discrete::{
 };
 use crate::newton::{BodyFrame, Ending};
 use crate::problem::{HalfSet, TerminalSet};
-use crate::{Actuation, Transfer};
+use crate::{Actuation, Command, MAX_COMMANDS, Transfer};
 
 /// A class of motion of `X` coordinates under `U` commands.
 pub(super) trait Class<const X: usize, const U: usize> {
@@ -34,10 +34,10 @@ pub(super) trait Class<const X: usize, const U: usize> {
     fn weight(&self, transfer: &Transfer) -> SMatrix<f64, U, U>;
 
     /// The actuation's commands for given commands of the class; all others are zero.
-    fn widened(&self, command: &SVector<f64, U>) -> SVector<f64, 6>;
+    fn widened(&self, command: &SVector<f64, U>) -> Command;
 
     /// The commands of the class, taken from the actuation's commands.
-    fn narrowed(&self, command: &SVector<f64, 6>) -> SVector<f64, U>;
+    fn narrowed(&self, command: &Command) -> SVector<f64, U>;
 
     /// Index of the moment among the commands, if commands are moments themselves.
     fn moments(&self, transfer: &Transfer) -> Option<usize>;
@@ -52,8 +52,8 @@ pub(super) trait Class<const X: usize, const U: usize> {
     }
 
     /// The matrix `S` of `w = S w_U`.
-    fn selection(&self) -> SMatrix<f64, 6, U> {
-        let mut selection = SMatrix::<f64, 6, U>::zeros();
+    fn selection(&self) -> SMatrix<f64, MAX_COMMANDS, U> {
+        let mut selection = SMatrix::<f64, MAX_COMMANDS, U>::zeros();
         for column in 0..U {
             let mut unit = SVector::<f64, U>::zeros();
             unit[column] = 1.0;
@@ -63,11 +63,11 @@ pub(super) trait Class<const X: usize, const U: usize> {
     }
 }
 
-/// Position and attitude.
-pub(super) struct Both;
+/// Position and attitude, under the first `U` commands of the actuation.
+pub(super) struct Both<const U: usize>;
 
-impl Class<12, 6> for Both {
-    type Steps<'t> = KickDriftKick<'t, Full, 2, 6>;
+impl<const U: usize> Class<12, U> for Both<U> {
+    type Steps<'t> = KickDriftKick<'t, Full, 2, U>;
     type Ending = TerminalSet;
     const FIRST: usize = 0;
     const OFFSETS: [Option<usize>; 2] = [Some(0), Some(6)];
@@ -84,20 +84,21 @@ impl Class<12, 6> for Both {
         &transfer.terminal
     }
 
-    fn weight(&self, transfer: &Transfer) -> SMatrix<f64, 6, 6> {
-        *transfer.actuation.weight()
+    fn weight(&self, transfer: &Transfer) -> SMatrix<f64, U, U> {
+        let weight = transfer.actuation.weight();
+        weight.fixed_view::<U, U>(0, 0).into_owned()
     }
 
     fn moments(&self, transfer: &Transfer) -> Option<usize> {
         transfer.actuation.gains().map(|_| 3)
     }
 
-    fn widened(&self, command: &SVector<f64, 6>) -> SVector<f64, 6> {
-        *command
+    fn widened(&self, command: &SVector<f64, U>) -> Command {
+        command.fixed_resize(0.0)
     }
 
-    fn narrowed(&self, command: &SVector<f64, 6>) -> SVector<f64, 6> {
-        *command
+    fn narrowed(&self, command: &Command) -> SVector<f64, U> {
+        command.fixed_rows::<U>(0).into_owned()
     }
 }
 
@@ -131,11 +132,11 @@ impl Class<6, 3> for Translation {
         None
     }
 
-    fn widened(&self, command: &Vector3<f64>) -> SVector<f64, 6> {
+    fn widened(&self, command: &Vector3<f64>) -> Command {
         self.0.widened(command)
     }
 
-    fn narrowed(&self, command: &SVector<f64, 6>) -> Vector3<f64> {
+    fn narrowed(&self, command: &Command) -> Vector3<f64> {
         self.0.narrowed(command)
     }
 }
@@ -170,11 +171,11 @@ impl Class<6, 3> for Rotation {
         transfer.actuation.gains().map(|_| 0)
     }
 
-    fn widened(&self, command: &Vector3<f64>) -> SVector<f64, 6> {
+    fn widened(&self, command: &Vector3<f64>) -> Command {
         self.0.widened(command)
     }
 
-    fn narrowed(&self, command: &SVector<f64, 6>) -> Vector3<f64> {
+    fn narrowed(&self, command: &Command) -> Vector3<f64> {
         self.0.narrowed(command)
     }
 }

@@ -5,13 +5,14 @@
 //! more than the tolerance, the whole motion is planned, with the commands of the half and to its target.
 
 use super::attempt::Solver;
-use super::class::{Both, Class};
+use super::both;
+use super::class::Class;
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
 use super::resolution::resolved;
 use crate::discrete::{DiscreteDynamics, KickDriftKick};
 use crate::newton::Ending;
-use crate::{Motion, Plan, Sweep, Transfer};
+use crate::{MAX_COMMANDS, Motion, Plan, Sweep, Transfer};
 
 /// Plans the half of `transfer` that belongs to the class so that it holds when both halves are flown.
 pub(super) fn half<C, const X: usize, const U: usize>(
@@ -43,7 +44,7 @@ where
         })
     };
     let whole = whole(class, transfer);
-    let plan = Solver::new(Both, &whole, settings, &mut watch).solve(Start::Warm(&plan), again)?;
+    let plan = both(&whole, Start::Warm(&plan), again, settings, &mut watch)?;
     // The terminal conditions are not those of the transfer.
     let sweep = Sweep::default();
     Ok(Plan { sweep, ..plan })
@@ -58,7 +59,7 @@ fn miss<C, const X: usize, const U: usize>(
 where
     C: Class<X, U>,
 {
-    let steps = KickDriftKick::full(transfer);
+    let steps = KickDriftKick::<_, 2, MAX_COMMANDS>::full(transfer);
     let mut state = transfer.initial;
     for (k, command) in plan.commands.iter().enumerate() {
         state = steps.next(k, &state, command).ok()?;

@@ -121,7 +121,7 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let loads = self.transfer.actuation.matrix() * self.class.selection();
-        let are_commands = loads == SMatrix::<f64, 6, U>::identity();
+        let are_commands = U <= 6 && loads == SMatrix::<f64, 6, U>::identity();
         let widened = |own: SMatrix<f64, U, X>| {
             let mut wide = SMatrix::<f64, 6, 12>::zeros();
             let mut columns = wide.fixed_columns_mut::<X>(C::FIRST);

@@ -25,7 +25,7 @@ pub use progress::{NewtonSettings, Phase, Progress, Start};
 use crate::newton::{Iterate, Newton, Unconstrained};
 use crate::shooting::{Extremal, stacked};
 use crate::units::Units;
-use crate::{Motion, Plan, Transfer};
+use crate::{MAX_COMMANDS, Motion, Plan, Transfer};
 use attempt::Solver;
 use class::{Both, Class, Rotation, Translation};
 
@@ -90,7 +90,7 @@ fn by_class(
 ) -> Result<Plan, PlanError> {
     let actuation = &transfer.actuation;
     match transfer.motion {
-        Motion::Full => Solver::new(Both, transfer, settings, observe).solve(start, again),
+        Motion::Full => both(transfer, start, again, settings, observe),
         Motion::Translation => {
             let class = Translation::of(actuation)?;
             coupling::half(&class, transfer, start, again, settings, observe)
@@ -99,6 +99,21 @@ fn by_class(
             let class = Rotation::of(actuation)?;
             coupling::half(&class, transfer, start, again, settings, observe)
         }
+    }
+}
+
+/// Plans position and attitude, with room for as many commands as there are.
+fn both(
+    transfer: &Transfer,
+    start: Start<'_>,
+    again: bool,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    if transfer.actuation.commands() <= 6 {
+        Solver::new(Both::<6>, transfer, settings, observe).solve(start, again)
+    } else {
+        Solver::new(Both::<MAX_COMMANDS>, transfer, settings, observe).solve(start, again)
     }
 }
 
@@ -112,12 +127,12 @@ pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanE
     let extremal = units.enter_extremal(extremal);
     let iterate = Iterate {
         states: extremal.states.clone(),
-        commands: extremal.controls.iter().map(stacked).collect(),
+        commands: extremal.controls.iter().map(|load| Both::<6>.narrowed(&stacked(load))).collect(),
         // At the target, the variations of the conditions are those of the state: `ν = λ_{N−1}`.
         nu: extremal.multipliers.last().copied().unwrap_or_default(),
     };
     let mut unobserved = |_: &Progress| true;
-    let mut solver = Solver::new(Both, &own, &NewtonSettings::default(), &mut unobserved);
+    let mut solver = Solver::new(Both::<6>, &own, &NewtonSettings::default(), &mut unobserved);
     let newton = Newton::new(own.intervals, iterate);
     solver
         .finish(newton, &mut Unconstrained)

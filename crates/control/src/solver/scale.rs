@@ -13,7 +13,12 @@ pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
         .weight()
         .try_inverse()
         .unwrap_or_else(SMatrix::identity);
-    let compliance = (actuation.matrix() * inverse * actuation.matrix().transpose()).diagonal();
+    let mut compliance = (actuation.matrix() * inverse * actuation.matrix().transpose()).diagonal();
+    if actuation.is_fixed_to_body() {
+        // On the average over attitudes.
+        let mean = compliance.fixed_rows::<3>(0).mean();
+        compliance.fixed_rows_mut::<3>(0).fill(mean);
+    }
     let half = |which: usize| compliance.fixed_rows::<3>(3 * which).mean();
     let floors =
         [half(0), half(1)].map(|mean| 1e-6 * if mean > 0.0 { mean } else { compliance.mean() });

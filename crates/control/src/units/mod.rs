@@ -18,7 +18,7 @@ use nalgebra::{SVector, Vector3};
 
 pub(crate) use field::Rescaled;
 
-use crate::{Actuation, Transfer};
+use crate::{Actuation, Command, Transfer};
 
 /// The least rounding error of a quantity, relative to its size.
 pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
@@ -31,7 +31,7 @@ pub(crate) struct Units {
     linear_momentum: f64,
     angular_momentum: f64,
     /// The unit of each command.
-    commands: SVector<f64, 6>,
+    commands: Command,
     cost: f64,
 }
 
@@ -105,7 +105,7 @@ impl Units {
         self.length
     }
 
-    pub(crate) fn commands(&self) -> &SVector<f64, 6> {
+    pub(crate) fn commands(&self) -> &Command {
         &self.commands
     }
 

@@ -40,7 +40,7 @@ fn constraint(c: &Value) -> Constraint {
         Constraint::commands(limit.expect("limits"))
     };
     match c["kind"].as_str().expect("a kind") {
-        "commands" => Constraint::commands(CommandLimit::new([limit(); 6]).expect("limits")),
+        "commands" => Constraint::commands(CommandLimit::new(&[limit(); 6]).expect("limits")),
         "force_components" => components(Place::Position),
         "moment_components" => components(Place::Attitude),
         "force_norm" => force_norm(limit()),

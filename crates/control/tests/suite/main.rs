@@ -19,6 +19,7 @@ mod replan;
 mod sensitivity;
 mod targets;
 mod terminal;
+mod thrusters;
 mod truth;
 mod underactuated;
 mod units;

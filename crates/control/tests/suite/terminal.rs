@@ -96,7 +96,7 @@ fn bad_constraints_are_refused_by_name() {
             "limit",
             "-1.0",
         ),
-        (CommandLimit::new([-2.0; 6]).err(), "limit", "-2.0"),
+        (CommandLimit::new(&[-2.0; 6]).err(), "limit", "-2.0"),
         (KeepOutSphere::new(zero, -1.0).err(), "radius", "-1.0"),
         (
             KeepOutSphere::new(zero, f64::INFINITY).err(),

@@ -88,7 +88,7 @@ fn constraints_are_compiled_one_by_one() {
         KeepOutCone::new(x, y, 0.25).map(Constraint::state),
         KeepOutSphere::new(corner, 0.5).map(Constraint::state),
         corridor.map(Constraint::state),
-        CommandLimit::new([7.0; 6]).map(Constraint::commands),
+        CommandLimit::new(&[7.0; 6]).map(Constraint::commands),
     ]
     .map(|constraint| constraint.expect("a constraint"));
     assert_eq!(maneuver(keys, STATE).constraints, expected);

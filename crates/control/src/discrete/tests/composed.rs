@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 
-use crate::discrete::linear::{Blocks, KickInputs, groups, momentum, pose};
+use crate::discrete::linear::{Blocks, CommandRows, KickInputs, groups, momentum, pose};
 use crate::discrete::{Curvature, Inputs, Linearization};
 
 /// First derivatives `A`, `B` of a step, and second derivatives of the product of multipliers and the step.
@@ -44,6 +44,17 @@ fn by_poses<const X: usize, const U: usize>(blocks: &Blocks) -> DMatrix<f64> {
     all
 }
 
+/// Adds second derivatives by the attitude and the commands.
+fn cross<const X: usize, const U: usize>(all: &mut DMatrix<f64>, rows: Option<&CommandRows>) {
+    let attitude = pose(groups(X) - 1);
+    for (c, row) in rows.into_iter().flatten().enumerate() {
+        for (u, entry) in row.iter().enumerate().take(U) {
+            all[(attitude + c, X + u)] += entry;
+            all[(X + u, attitude + c)] += entry;
+        }
+    }
+}
+
 impl<const X: usize, const U: usize> Composed<X, U> {
     pub(crate) fn zeros() -> Self {
         Self {
@@ -56,6 +67,7 @@ impl<const X: usize, const U: usize> Composed<X, U> {
     }
 
     pub(crate) fn of(inputs: &Inputs<U>, first: &Linearization, second: &Curvature) -> Self {
+        let inputs = &*first.inputs(inputs);
         let last = groups(X) - 1;
         let mut drift = DMatrix::identity(X + U, X + U);
         if let Some(by_momentum) = first.glide {
@@ -76,6 +88,7 @@ impl<const X: usize, const U: usize> Composed<X, U> {
         let after = kick::<X, U>(&first.after, &inputs.after);
         let none = || DMatrix::zeros(X + U, X + U);
         let mut hessian = second.after.as_ref().map_or_else(none, by_poses::<X, U>);
+        cross::<X, U>(&mut hessian, second.after_commands.as_ref());
         hessian = drift.transpose() * hessian * &drift;
         if let Some(curvature) = &second.turn {
             let (from, to) = (pose(last), momentum(last));
@@ -91,6 +104,7 @@ impl<const X: usize, const U: usize> Composed<X, U> {
             if let Some(blocks) = &second.before {
                 hessian += by_poses::<X, U>(blocks);
             }
+            cross::<X, U>(&mut hessian, second.before_commands.as_ref());
         }
         Self {
             a: map.fixed_view::<X, X>(0, 0).into_owned(),

@@ -73,7 +73,7 @@ impl<T: Number> State<T> {
     }
 
     /// `R v`.
-    fn rotated(&self, v: Triple<T>) -> Triple<T> {
+    pub(crate) fn rotated(&self, v: Triple<T>) -> Triple<T> {
         std::array::from_fn(|i| (0..3).fold(T::from(0.0), |sum, j| sum + self.r[j][i] * v[j]))
     }
 
@@ -288,14 +288,26 @@ impl Scene {
     pub(crate) fn step<T: Number>(
         &self,
         dynamics: Dynamics,
-        mut state: State<T>,
+        state: State<T>,
         control: [T; 6],
     ) -> State<T> {
+        self.step_by(dynamics, state, |_| control)
+    }
+
+    /// A step whose control depends on the state at each kick.
+    pub(crate) fn step_by<T: Number>(
+        &self,
+        dynamics: Dynamics,
+        mut state: State<T>,
+        control: impl Fn(&State<T>) -> [T; 6],
+    ) -> State<T> {
         let [before, after] = scheme(dynamics);
-        self.kick(&mut state, control, before);
+        let load = control(&state);
+        self.kick(&mut state, load, before);
         state.glide();
         state.turn(self.body.inertia().matrix());
-        self.kick(&mut state, control, after);
+        let load = control(&state);
+        self.kick(&mut state, load, after);
         state
     }
 }

@@ -42,14 +42,17 @@ trait Visit {
         &mut self,
         steps: &S,
         first: usize,
-        narrowed: &dyn Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+        narrowed: &dyn Fn(&Command) -> SVector<f64, U>,
     );
 }
 
 fn with_steps(transfer: &Transfer, visit: &mut impl Visit) {
     let actuation = &transfer.actuation;
     match transfer.motion {
-        Motion::Full => visit.visit(&KickDriftKick::full(transfer), 0, &|w| *w),
+        Motion::Full => {
+            let steps = KickDriftKick::<_, 2, MAX_COMMANDS>::full(transfer);
+            visit.visit(&steps, 0, &|w| *w);
+        }
         Motion::Translation => {
             let commands = DecoupledCommands::forces(actuation).unwrap();
             let steps = KickDriftKick::translation(transfer, &commands).unwrap();
@@ -71,7 +74,7 @@ impl Visit for Fly<'_> {
         &mut self,
         steps: &S,
         _: usize,
-        narrowed: &dyn Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+        narrowed: &dyn Fn(&Command) -> SVector<f64, U>,
     ) {
         let Plan {
             states, commands, ..
@@ -90,7 +93,7 @@ impl Visit for Product<'_> {
         &mut self,
         steps: &S,
         first: usize,
-        narrowed: &dyn Fn(&SVector<f64, 6>) -> SVector<f64, U>,
+        narrowed: &dyn Fn(&Command) -> SVector<f64, U>,
     ) {
         let plan = self.0;
         for (k, command) in plan.commands.iter().enumerate() {
@@ -106,15 +109,25 @@ impl Visit for Product<'_> {
 #[test]
 fn the_derivative_of_the_lagrangian_is_that_of_differences() {
     let h = 0.08;
-    for (motion, commanded, planned) in [
-        (Motion::Full, 0..6, 0..12),
-        (Motion::Translation, 0..3, 0..6),
-        (Motion::Rotation, 3..6, 6..12),
+    let column = |i: usize| (wave::<6>(200 + i).into(), 1.0 + i as f64);
+    let columns: Vec<_> = (0..8).map(column).collect();
+    let thrusters = Actuation::actuators(&columns).unwrap().fixed_to_body();
+    for (motion, commanded, planned, actuation) in [
+        (Motion::Full, 0..6, 0..12, None),
+        (Motion::Full, 0..8, 0..12, Some(&thrusters)),
+        (Motion::Translation, 0..3, 0..6, None),
+        (Motion::Rotation, 3..6, 6..12, None),
     ] {
         for dynamics in [Dynamics::LieEuler, Dynamics::Lgvi] {
-            let at = |h: f64| transfer(h, motion, dynamics);
+            let at = |h: f64| {
+                let mut transfer = transfer(h, motion, dynamics);
+                if let Some(actuation) = actuation {
+                    transfer.actuation.clone_from(actuation);
+                }
+                transfer
+            };
             let command = |k: usize| {
-                let wave = 0.05 * wave::<6>(k);
+                let wave = 0.05 * wave::<MAX_COMMANDS>(k);
                 SVector::from_fn(|i, _| if commanded.contains(&i) { wave[i] } else { 0.0 })
             };
             let multipliers = |k: usize| {

@@ -1,8 +1,10 @@
-use nalgebra::{Matrix3x6, SMatrix, SVector};
+use nalgebra::{SMatrix, SVector};
+
+use crate::{Command, MAX_COMMANDS};
 
 /// An inequality on the commands of an interval, quadratic or linear: `½ wᵀ Q w + a · w ≤ b`.
 #[derive(Clone, Debug)]
-pub struct CommandInequality<const U: usize = 6> {
+pub struct CommandInequality<const U: usize = MAX_COMMANDS> {
     /// The index of its constraint.
     pub(crate) index: usize,
     /// `Q`
@@ -11,26 +13,30 @@ pub struct CommandInequality<const U: usize = 6> {
     linear: SVector<f64, U>,
     /// `b`
     bound: f64,
+    /// `b` without slack.
+    limit: f64,
 }
 
 impl CommandInequality {
-    /// `a · w ≤ 1`.
-    pub fn linear(linear: SVector<f64, 6>) -> Self {
+    /// `a · w ≤ b`, in multiples of the limit: `b` is about 1, or 0.
+    pub fn linear(linear: Command, bound: f64) -> Self {
         Self {
             index: 0,
             hessian: SMatrix::zeros(),
             linear,
-            bound: 1.0,
+            bound,
+            limit: bound,
         }
     }
 
     /// `|M w| ≤ 1`, as `½ |M w|² ≤ ½`.
-    pub fn norm(matrix: &Matrix3x6<f64>) -> Self {
+    pub fn norm(matrix: &SMatrix<f64, 3, MAX_COMMANDS>) -> Self {
         Self {
             index: 0,
             hessian: matrix.tr_mul(matrix),
             linear: SVector::zeros(),
             bound: 0.5,
+            limit: 0.5,
         }
     }
 
@@ -42,16 +48,17 @@ impl CommandInequality {
         }
     }
 
-    /// The inequality on commands `v` from which `selection` (6×V) makes the commands `w = E v`.
+    /// The inequality on commands `v` from which `selection` makes the commands `w = E v`.
     pub(crate) fn of<const V: usize>(
         &self,
-        selection: &SMatrix<f64, 6, V>,
+        selection: &SMatrix<f64, MAX_COMMANDS, V>,
     ) -> CommandInequality<V> {
         CommandInequality {
             index: self.index,
             hessian: selection.tr_mul(&(self.hessian * selection)),
             linear: selection.tr_mul(&self.linear),
             bound: self.bound,
+            limit: self.limit,
         }
     }
 }
@@ -66,7 +73,7 @@ impl<const U: usize> CommandInequality<U> {
     pub(crate) fn excess(&self, g: f64) -> f64 {
         let reached = g + self.bound;
         if self.hessian.amax() == 0.0 {
-            reached - 1.0
+            reached - self.limit
         } else {
             (2.0 * reached).max(0.0).sqrt() - 1.0
         }

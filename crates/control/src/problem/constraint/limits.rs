@@ -1,14 +1,15 @@
-use nalgebra::{Matrix3x6, SVector, Vector3};
+use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::{CommandConstraint, CommandInequality, Place};
-use crate::problem::Actuation;
-use crate::problem::ParameterError;
+use crate::problem::{Actuation, Command, MAX_COMMANDS, ParameterError};
 use crate::problem::parameter::limit;
 
-/// A limit on each command: `|w_i| ≤ limit_i`. An infinite limit is no limit.
+/// A limit on each command: `|w_i| ≤ limit_i`, or `0 ≤ w_i ≤ limit_i` for actuators of one side, such as thrusters. An infinite
+/// limit is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandLimit {
-    limit: [f64; 6],
+    limit: [f64; MAX_COMMANDS],
+    one_sided: bool,
 }
 
 /// A limit on each component of the control force (inertial frame) or moment (body frame). An infinite limit is no
@@ -27,14 +28,26 @@ pub struct NormLimit {
 }
 
 impl CommandLimit {
-    /// A positive limit for each command; limits beyond the commands of the actuation are ignored.
-    pub fn new(limits: [f64; 6]) -> Result<Self, ParameterError> {
-        limits.into_iter().try_for_each(limit)?;
-        Ok(Self { limit: limits })
+    /// A positive limit for each command, in the order of the actuation's. Commands beyond the last limit have none.
+    pub fn new(limits: &[f64]) -> Result<Self, ParameterError> {
+        limits.iter().copied().try_for_each(limit)?;
+        let of = |command: usize| limits.get(command).copied().unwrap_or(f64::INFINITY);
+        Ok(Self {
+            limit: std::array::from_fn(of),
+            one_sided: false,
+        })
+    }
+
+    /// The limit with commands that are not negative either.
+    pub fn one_sided(self) -> Self {
+        Self {
+            one_sided: true,
+            ..self
+        }
     }
 
     /// The limits by command.
-    pub fn limit(&self) -> [f64; 6] {
+    pub fn limit(&self) -> [f64; MAX_COMMANDS] {
         self.limit
     }
 }
@@ -47,7 +60,14 @@ impl CommandConstraint for CommandLimit {
     fn inequalities(&self, actuation: &Actuation) -> Vec<CommandInequality> {
         let limits = self.limit.iter().take(actuation.commands()).enumerate();
         limits
-            .flat_map(|(command, &limit)| within(SVector::ith(command, 1.0), limit))
+            .flat_map(|(command, &limit)| {
+                let row = SVector::ith(command, 1.0);
+                if self.one_sided {
+                    from_zero(row, limit)
+                } else {
+                    within(row, limit)
+                }
+            })
             .collect()
     }
 }
@@ -124,7 +144,7 @@ impl CommandConstraint for NormLimit {
 
     fn inequalities(&self, actuation: &Actuation) -> Vec<CommandInequality> {
         let matrix = load(actuation, self.place);
-        if self.limit.is_infinite() || matrix == Matrix3x6::zeros() {
+        if self.limit.is_infinite() || matrix == SMatrix::<f64, 3, MAX_COMMANDS>::zeros() {
             return Vec::new();
         }
         vec![CommandInequality::norm(&(matrix / self.limit))]
@@ -136,7 +156,7 @@ impl CommandConstraint for NormLimit {
 }
 
 /// The rows of the actuation's matrix for the force or the moment.
-fn load(actuation: &Actuation, place: Place) -> Matrix3x6<f64> {
+fn load(actuation: &Actuation, place: Place) -> SMatrix<f64, 3, MAX_COMMANDS> {
     let first = match place {
         Place::Position => 0,
         Place::Attitude => 3,
@@ -145,13 +165,25 @@ fn load(actuation: &Actuation, place: Place) -> Matrix3x6<f64> {
 }
 
 /// `|row · w| ≤ limit` as two inequalities; none if the limit is infinite or no command affects the row.
-fn within(row: SVector<f64, 6>, limit: f64) -> Vec<CommandInequality> {
-    if limit.is_infinite() || row == SVector::<f64, 6>::zeros() {
+fn within(row: Command, limit: f64) -> Vec<CommandInequality> {
+    if limit.is_infinite() || row == Command::zeros() {
         return Vec::new();
     }
     let row = row / limit;
     vec![
-        CommandInequality::linear(row),
-        CommandInequality::linear(-row),
+        CommandInequality::linear(row, 1.0),
+        CommandInequality::linear(-row, 1.0),
+    ]
+}
+
+/// `0 ≤ row · w ≤ limit`; no upper limit if it is infinite.
+fn from_zero(row: Command, limit: f64) -> Vec<CommandInequality> {
+    if limit.is_infinite() {
+        return vec![CommandInequality::linear(-row, 0.0)];
+    }
+    let row = row / limit;
+    vec![
+        CommandInequality::linear(row, 1.0),
+        CommandInequality::linear(-row, 0.0),
     ]
 }

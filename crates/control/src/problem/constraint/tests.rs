@@ -1,10 +1,10 @@
 //! Command inequalities compared with the limits that they express.
 
 use lgvi_dynamics::Load;
-use nalgebra::{Matrix3, Vector3, Vector6};
+use nalgebra::{Matrix3, Vector3};
 
 use super::*;
-use crate::problem::{Actuation, Terminal, TerminalSet};
+use crate::problem::{Actuation, Command, Terminal, TerminalSet};
 
 fn compile(constraint: Constraint, actuation: &Actuation) -> InequalitySet {
     let start = BodyState {
@@ -28,10 +28,16 @@ fn command_inequalities_are_the_limits_on_what_the_actuators_do() {
     let columns = [column(), column(), column(), column()];
     let actuation = Actuation::actuators(&columns).expect("actuators");
     let limit = Vector3::new(0.5, 0.25, 0.125);
-    type Inside<'a> = Box<dyn Fn(&Vector6<f64>, &Load) -> bool + 'a>;
+    type Inside<'a> = Box<dyn Fn(&Command, &Load) -> bool + 'a>;
     let within = |v: &Vector3<f64>| (0..3).all(|i| v[i].abs() <= limit[i]);
-    let kinds: [(Constraint, usize, Inside); 5] = [
+    let one_sided = CommandLimit::new(&[0.5; 3]).expect("limits").one_sided();
+    let kinds: [(Constraint, usize, Inside); 6] = [
         (all(0.5), 8, Box::new(|w, _| w.amax() <= 0.5)),
+        (
+            Constraint::commands(one_sided),
+            7,
+            Box::new(|w, _| w.min() >= 0.0 && w.rows(0, 3).max() <= 0.5),
+        ),
         (
             components(Place::Position, limit),
             6,
@@ -57,14 +63,14 @@ fn command_inequalities_are_the_limits_on_what_the_actuators_do() {
         let rows = compile(constraint.clone(), &actuation).command;
         assert_eq!(rows.len(), count);
         for _ in 0..100 {
-            let w = Vector6::from_fn(|i, _| if i < 4 { 1.6 * (rng.f64() - 0.5) } else { 0.0 });
+            let w = Command::from_fn(|i, _| if i < 4 { 1.6 * (rng.f64() - 0.5) } else { 0.0 });
             let load = actuation.load(&w);
             assert_eq!(
                 rows.iter().all(|row| row.value(&w) <= 0.0),
                 inside(&w, &load),
                 "{constraint:?}"
             );
-            let v = Vector6::from_fn(|_, _| rng.f64() - 0.5);
+            let v = Command::from_fn(|_, _| rng.f64() - 0.5);
             for row in &rows {
                 let shifted =
                     row.value(&w) + row.gradient(&w).dot(&v) + 0.5 * v.dot(&(row.hessian() * v));
@@ -87,7 +93,7 @@ fn limits_that_are_infinite_or_out_of_reach_are_none() {
 }
 
 fn all(limit: f64) -> Constraint {
-    Constraint::commands(CommandLimit::new([limit; 6]).expect("limits"))
+    Constraint::commands(CommandLimit::new(&[limit; 6]).expect("limits"))
 }
 
 fn components(place: Place, limit: Vector3<f64>) -> Constraint {

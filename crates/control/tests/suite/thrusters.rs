@@ -1,0 +1,185 @@
+//! Plans whose commands are thrusters: fixed to the body, of one side, and limited.
+
+use fastrand::Rng;
+use lgvi_control::constraint::CommandLimit;
+use lgvi_control::{
+    Actuation, Constraint, Dynamics, NewtonSettings, Plan, PlanError, Start, Transfer, miss, solve,
+};
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::thrusters::{Propellant, Thruster, Thrusters};
+use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
+use lgvi_lie::exp;
+use nalgebra::Vector3;
+
+fn vector(rng: &mut Rng, size: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
+}
+
+fn body() -> RigidBody {
+    let inertia = Inertia::principal([1.0, 1.4, 1.9]).expect("inertia");
+    RigidBody::new(2.0, inertia, Vec::new()).expect("a body")
+}
+
+/// Two thrusters on each axis through a point off the center of mass push to both sides.
+fn pairs() -> Vec<Thruster> {
+    let mut all = Vec::new();
+    for axis in 0..3 {
+        for side in [1.0, -1.0] {
+            let arm = side * Vector3::ith((axis + 1) % 3, 0.8);
+            for sign in [1.0, -1.0] {
+                all.push(Thruster::new(arm, sign * Vector3::ith(axis, 1.0), 1.0));
+            }
+        }
+    }
+    all
+}
+
+const N: usize = 60;
+
+/// A transfer near a center that attracts, in 2 units of time.
+fn transfer(initial: BodyState, target: BodyState, actuation: Actuation) -> Transfer {
+    let (h, field) = (2.0 / N as f64, Central { gm: 1.0 });
+    Transfer::new(body(), field, h, N, initial, target, actuation)
+        .expect("a transfer")
+        .with_dynamics(Dynamics::Lgvi)
+}
+
+fn planned(transfer: &Transfer) -> Result<Plan, PlanError> {
+    solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true)
+}
+
+fn limited(limits: &[f64]) -> Constraint {
+    Constraint::commands(CommandLimit::new(limits).expect("limits").one_sided())
+}
+
+fn ends(rng: &mut Rng) -> [BodyState; 2] {
+    let at = |position: Vector3<f64>, rng: &mut Rng| {
+        let (velocity, spin) = (vector(rng, 0.2), vector(rng, 0.3));
+        BodyState::from_velocities(&body(), position, velocity, exp(&vector(rng, 1.0)), spin)
+    };
+    let first = Vector3::new(3.0, 0.0, 0.0) + vector(rng, 0.3);
+    let moved = first + vector(rng, 0.6);
+    [at(first, rng), at(moved, rng)]
+}
+
+/// The flight of a plan's commands by thrusters of these forces.
+fn flown(thrusters: &[Thruster], initial: BodyState, plan: &Plan, limit: f64) -> BodyState {
+    let thrusters = thrusters.iter().map(|thruster| Thruster {
+        thrust: limit,
+        ..*thruster
+    });
+    let none = Propellant {
+        mass: 0.0,
+        inertia: None,
+    };
+    let count = thrusters.len();
+    let thrusters = Thrusters::new(thrusters.collect(), none).expect("thrusters");
+    let body = body().with_thrusters(thrusters).expect("a body");
+    let system = System::new(vec![body], vec![Box::new(Central { gm: 1.0 })]);
+    let method = Method::Lgvi(Rotor::default());
+    let mut simulation =
+        Simulation::new(system, vec![initial], method, plan.h).expect("a simulation");
+    for command in &plan.commands {
+        simulation.set_thruster_commands(0, &command.as_slice()[..count]);
+        simulation.advance(&[Load::default()]).expect("a step");
+    }
+    simulation.states()[0]
+}
+
+/// Two opposite thrusters of one side are one command of both signs. The second problem has no inequalities.
+#[test]
+fn opposite_thrusters_are_planned_as_commands_of_both_signs() {
+    let mut rng = Rng::with_seed(51);
+    let thrusters = pairs();
+    let signed: Vec<_> = thrusters.iter().copied().step_by(2).collect();
+    for _ in 0..6 {
+        let [initial, target] = ends(&mut rng);
+        let weights = [1.0, 1.0, 2.0, 2.0, 1.0, 1.0, 3.0, 3.0, 1.0, 1.0, 1.5, 1.5];
+        let apart = Actuation::thrusters(&thrusters, weights).expect("thrusters");
+        let apart = transfer(initial, target, apart).with_constraints(&[limited(&[])]);
+        let weights = weights.into_iter().step_by(2);
+        let together = Actuation::thrusters(&signed, weights).expect("thrusters");
+        let together = transfer(initial, target, together);
+        let (plan, expected) = (planned(&apart).expect("a plan"), planned(&together).expect("a plan"));
+        assert!(expected.certificate.sufficient && expected.certificate.terminal < 1e-12);
+        let cost = (plan.cost / expected.cost - 1.0).abs();
+        assert!(cost < 1e-7, "{} for {}", plan.cost, expected.cost);
+        for (commands, signed) in plan.commands.iter().zip(&expected.commands) {
+            for pair in 0..6 {
+                let [push, pull] = [commands[2 * pair], commands[2 * pair + 1]];
+                assert!(push > -1e-9 && pull > -1e-9, "{push} {pull}");
+                assert!((push - pull - signed[pair]).abs() < 1e-4 * expected.commands[0].amax());
+            }
+        }
+    }
+}
+
+/// Random layouts of seven to fifteen thrusters, of random forces, that exert every force and moment.
+#[test]
+fn thrusters_fly_their_plans_to_the_target_within_their_limits() {
+    let mut rng = Rng::with_seed(52);
+    let mut saturated = 0;
+    for round in 0..16 {
+        let count = 7 + round % 9;
+        let thrusters = layout(&mut rng, count);
+        let [initial, target] = ends(&mut rng);
+        let actuation = Actuation::thrusters(&thrusters, vec![1.0; count]).expect("thrusters");
+        let free = transfer(initial, target, actuation.clone()).with_constraints(&[limited(&[])]);
+        let free = planned(&free).expect("a plan");
+        let most = free.commands.iter().map(|w| w.amax()).fold(0.0, f64::max);
+        for share in [2.0, 0.8] {
+            let limit = share * most;
+            let transfer = transfer(initial, target, actuation.clone())
+                .with_constraints(&[limited(&vec![limit; count])]);
+            let plan = planned(&transfer).expect("a plan within the limits");
+            let certificate = &plan.certificate;
+            assert!(certificate.terminal < 1e-11, "{certificate:?}");
+            assert!(certificate.stationarity < 1e-6, "{certificate:?}");
+            for command in &plan.commands {
+                assert!(command.min() > -1e-8 * limit && command.max() < limit * (1.0 + 1e-8));
+                saturated += usize::from(command.max() > 0.999 * limit);
+            }
+            assert!(plan.cost >= free.cost * (1.0 - 1e-6));
+            // The valves shut below 0 and above the limit, by less than the tolerance of inequalities.
+            let end = flown(&thrusters, initial, &plan, limit);
+            let off = miss(&target, &end).amax();
+            assert!(off < 1e-7, "{round}: the flight misses by {off:e}");
+        }
+    }
+    assert!(saturated > 50, "{saturated}");
+}
+
+/// Thrusters at random places in random directions that together exert every force and moment.
+fn layout(rng: &mut Rng, count: usize) -> Vec<Thruster> {
+    loop {
+        let random = |rng: &mut Rng| Thruster::new(vector(rng, 1.0), vector(rng, 1.0).normalize(), 1.0);
+        let all: Vec<_> = (0..count).map(|_| random(rng)).collect();
+        let column = |thruster: &Thruster| {
+            let moment = thruster.position.cross(&thruster.direction);
+            nalgebra::Vector6::from_iterator(thruster.direction.iter().chain(&moment).copied())
+        };
+        let columns: Vec<_> = all.iter().map(column).collect();
+        if spans(&columns) {
+            return all;
+        }
+    }
+}
+
+/// Returns true if sums of the columns with positive factors are all vectors: each axis is reached in both directions by
+/// nonnegative least squares.
+fn spans(columns: &[nalgebra::Vector6<f64>]) -> bool {
+    (0..12).all(|index| {
+        let sign = if index % 2 == 0 { 1.0 } else { -1.0 };
+        let mut rest = nalgebra::Vector6::ith(index / 2, sign);
+        let mut factors = vec![0.0_f64; columns.len()];
+        for _ in 0..2000 {
+            for (factor, column) in factors.iter_mut().zip(columns) {
+                let change = (rest.dot(column) / column.norm_squared()).max(-*factor);
+                *factor += change;
+                rest -= change * column;
+            }
+        }
+        rest.norm() < 1e-6 && factors.iter().sum::<f64>() < 20.0
+    })
+}

@@ -1,8 +1,9 @@
 use lgvi_control::constraint::Moving;
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError, shooting,
+    Actuation, Command, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError, shooting,
 };
 use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::{BodyState, Load, Method};
 
 use crate::{Scene, Scheme};
@@ -115,9 +116,23 @@ impl Replan {
 }
 
 impl Maneuver {
-    /// Returns the cost of a control over one step `h`.
+    /// Returns true if the commands are the forces of the body's thrusters.
+    pub fn by_thrusters(&self) -> bool {
+        self.actuation.is_fixed_to_body()
+    }
+
+    /// Returns the cost of a control over one step `h`, unless it is that of thrusters.
     pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
         self.actuation.cost_of(h, control)
+    }
+
+    /// Returns the cost of the forces of thrusters over one step `h`.
+    pub fn thrust_cost(&self, thrust: impl Iterator<Item = f64>, h: f64) -> f64 {
+        let mut command = Command::zeros();
+        for (command, thrust) in command.iter_mut().zip(thrust) {
+            *command = thrust;
+        }
+        self.actuation.cost(h, &command)
     }
 }
 
@@ -166,10 +181,17 @@ impl Scene {
         }))
     }
 
-    /// Returns a warning if the flight uses other steps than the plan. The maneuver then misses its target by the
-    /// difference of the two. A processed plan is meant for other steps and gives no warning.
+    /// Returns a warning if the flight uses other steps than the plan, or thrusters that do more than the plan knows. The
+    /// maneuver then misses its target by the difference. A processed plan is meant for other steps and gives no warning.
     pub fn flown_otherwise(&self, scheme: Scheme) -> Option<String> {
         let maneuver = self.maneuver.as_ref()?;
+        if maneuver.by_thrusters() && self.has_real_thrusters(maneuver.body) {
+            return Some(
+                "the plan knows thrusters without propellant, pulses and delays: it will miss its target, unless it is \
+                 replanned on the way"
+                    .into(),
+            );
+        }
         let planned = match (maneuver.dynamics, scheme.method) {
             _ if maneuver.processed => return None,
             (Dynamics::LieEuler, Method::LieEuler(Rotor::Discrete))
@@ -188,6 +210,20 @@ impl Scene {
             "the maneuver is planned in {planned} steps and flown by {method} with {substeps} substeps: \
              it will miss its target"
         ))
+    }
+}
+
+impl Scene {
+    /// Returns true if thrusters of a body use propellant, or do not follow their commands in each step.
+    fn has_real_thrusters(&self, body: usize) -> bool {
+        let thrusters = self.bodies[body].body.thrusters();
+        let mut each = thrusters.into_iter().flat_map(Thrusters::thrusters);
+        each.any(|one| {
+            one.exhaust_velocity.is_finite()
+                || one.pulse_period >= 1.5 * self.h()
+                || one.minimum_impulse > 0.0
+                || one.delay > 0.0
+        })
     }
 }
 

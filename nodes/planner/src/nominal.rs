@@ -132,14 +132,19 @@ impl NominalPlan {
         self.sequence.limits.is_some()
     }
 
-    /// One load a step, where no feedback law corrects them.
+    /// One load a step, unless a feedback law corrects them or thrusters are commanded.
     pub fn open_loop(&self) -> Option<&[Load]> {
-        let plan = &self.sequence.plan;
-        let open = self.sequence.limits.is_none();
+        let Sequence {
+            plan,
+            limits,
+            thrusters,
+            ..
+        } = &self.sequence;
+        let open = limits.is_none() && *thrusters == 0;
         open.then_some(plan.controls.as_slice())
     }
 
-    /// What it lets act during `step` on the body in `state`.
+    /// The force and moment that it lets act during `step` on the body in `state`: none if it commands thrusters.
     pub fn at(&self, step: u64, state: &BodyState) -> Load {
         self.sequence.at(step, state).unwrap_or_default()
     }

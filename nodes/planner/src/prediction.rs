@@ -49,6 +49,13 @@ impl Forecast {
             loads[body] = newest
                 .find_map(|sequence| sequence.at(step, state))
                 .unwrap_or_default();
+            let thrust = sequences
+                .iter()
+                .rev()
+                .find_map(|sequence| sequence.thrust(step));
+            if let Some(thrust) = thrust.filter(|thrust| !thrust.is_empty()) {
+                simulation.set_thruster_commands(body, &thrust);
+            }
             simulation.advance(&loads).map_err(|error| fail(&error))?;
         }
         Ok(simulation.states()[body])

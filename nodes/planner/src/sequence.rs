@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use lgvi_common::{Feedback, Limits, control_sequence};
 use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
-use lgvi_control::{Plan, miss};
+use lgvi_control::{Command, MAX_COMMANDS, Plan, miss};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
@@ -18,6 +18,8 @@ pub(crate) struct Sequence {
     pub(crate) plan: Arc<Plan>,
     /// Of the corrected control; `None` in open loop.
     pub(crate) limits: Option<Limits>,
+    /// The number of thrusters that it commands, or none if it commands force and moment.
+    pub(crate) thrusters: usize,
 }
 
 impl Sequence {
@@ -26,6 +28,10 @@ impl Sequence {
             first_step,
             limits: (maneuver.feedback && plan.feedback.len() == plan.controls.len())
                 .then(|| limits(maneuver)),
+            thrusters: match maneuver.by_thrusters() {
+                true => maneuver.actuation.commands(),
+                false => 0,
+            },
             plan: Arc::new(plan),
         }
     }
@@ -53,6 +59,16 @@ impl Sequence {
         let past = usize::try_from(past)
             .unwrap_or(usize::MAX)
             .min(controls.len());
+        if self.thrusters > 0 {
+            let force = scene.units.force();
+            let sequence = control_sequence(scene, body, first_step, &[], None)?;
+            let intervals = self.plan.commands[past..].iter();
+            let thrust = intervals.flat_map(|command| self.thrust_of(command));
+            return Ok(ControlSequence {
+                thrust: thrust.map(|thrust| thrust * force).collect(),
+                ..sequence
+            });
+        }
         let law = self.limits.as_ref().map(|limits| Feedback {
             reference: &states[past..],
             gains: &feedback[past..],
@@ -61,9 +77,33 @@ impl Sequence {
         control_sequence(scene, body, first_step, &controls[past..], law)
     }
 
-    /// What it lets act during `step` on a body in `state`; `None` before its first step.
+    /// The forces that a command asks thrusters for: an optimal one may be below 0 by the tolerance of the solver.
+    fn thrust_of<'c>(&self, command: &'c Command) -> impl Iterator<Item = f64> + use<'c> {
+        command
+            .iter()
+            .take(self.thrusters)
+            .map(|thrust| thrust.max(0.0))
+    }
+
+    fn interval(&self, step: u64) -> Option<usize> {
+        usize::try_from(step.checked_sub(self.first_step)?).ok()
+    }
+
+    /// The forces that it asks thrusters for during `step`; empty if it commands none, `None` before its first step.
+    pub(crate) fn thrust(&self, step: u64) -> Option<Vec<f64>> {
+        let interval = self.interval(step)?;
+        Some(match self.plan.commands.get(interval) {
+            Some(command) => self.thrust_of(command).collect(),
+            None => vec![0.0; self.thrusters],
+        })
+    }
+
+    /// The force and moment that it lets act during `step` on a body in `state`; `None` before its first step.
     pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
-        let interval = usize::try_from(step.checked_sub(self.first_step)?).ok()?;
+        let interval = self.interval(step)?;
+        if self.thrusters > 0 {
+            return Some(Load::default());
+        }
         let plan = &self.plan;
         let Some(control) = plan.controls.get(interval) else {
             return Some(Load::default());
@@ -82,7 +122,7 @@ impl Sequence {
 /// The limits that constraints put on force and moment, the tightest of each kind. Those on commands are such limits only
 /// where commands are force and moment themselves.
 fn limits(maneuver: &Maneuver) -> Limits {
-    let direct = *maneuver.actuation.matrix() == SMatrix::<f64, 6, 6>::identity();
+    let direct = *maneuver.actuation.matrix() == SMatrix::<f64, 6, MAX_COMMANDS>::identity();
     let tighter = |limit: &mut Vector3<f64>, other: &Vector3<f64>| *limit = limit.inf(other);
     let mut limits = Limits::NONE;
     for constraint in &maneuver.constraints {
@@ -101,9 +141,10 @@ fn limits(maneuver: &Maneuver) -> Limits {
         } else if let Some(commands) = constraint.downcast_ref::<CommandLimit>()
             && direct
         {
-            let [fx, fy, fz, mx, my, mz] = commands.limit();
-            tighter(&mut limits.force, &Vector3::new(fx, fy, fz));
-            tighter(&mut limits.moment, &Vector3::new(mx, my, mz));
+            let [force, moment] =
+                [0, 3].map(|from| Vector3::from_column_slice(&commands.limit()[from..from + 3]));
+            tighter(&mut limits.force, &force);
+            tighter(&mut limits.moment, &moment);
         }
     }
     limits

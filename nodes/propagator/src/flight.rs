@@ -39,6 +39,8 @@ pub struct Flight {
     steps: u64,
     /// The actuators of all bodies, and how many.
     actuators: Vec<(Actuators, usize, usize)>,
+    /// The body whose plans command its thrusters.
+    by_thrusters: Option<usize>,
 }
 
 /// States that a flight cannot go on from.
@@ -87,7 +89,22 @@ impl Flight {
                 .map(|(actuators, body)| (actuators, body, actuators.of(scene, body).len()))
                 .filter(|(.., count)| *count > 0)
                 .collect(),
+            by_thrusters: scene
+                .maneuver
+                .as_ref()
+                .filter(|maneuver| maneuver.by_thrusters())
+                .map(|maneuver| maneuver.body),
         }
+    }
+
+    /// The sequences of a body's plans: for itself, or for its thrusters where its plans command them.
+    fn plans(&self, body: usize) -> &[Arc<Controls>] {
+        let target = if self.by_thrusters == Some(body) {
+            Target::Actuators(Actuators::Thrusters, body)
+        } else {
+            Target::Body(body)
+        };
+        &self.accepted[target.index(self.loads.len())]
     }
 
     /// How often an interaction has been taken up in more or in less detail since the last reset.
@@ -223,9 +240,9 @@ impl Flight {
         self.simulation.docked()
     }
 
-    /// Whether a sequence has been accepted for `body`.
+    /// Whether a sequence has been accepted for `body`, or for its thrusters where its plans command them.
     pub fn commanded(&self, body: usize) -> bool {
-        !self.accepted[body].is_empty()
+        !self.plans(body).is_empty()
     }
 
     /// Whether a sequence acts on a target in the present step.
@@ -241,13 +258,13 @@ impl Flight {
 
     /// Whether a sequence of `body` that begins at `step` has been accepted and will act, or acts.
     pub fn has_sequence_from(&self, body: usize, step: u64) -> bool {
-        let mut accepted = self.accepted[body].iter();
+        let mut accepted = self.plans(body).iter();
         accepted.any(|controls| controls.first_step == step)
     }
 
     /// The step at which the sequence of `body` that acts last ends.
     pub fn sequence_end(&self, body: usize) -> Option<u64> {
-        Some(self.accepted[body].last()?.end())
+        Some(self.plans(body).last()?.end())
     }
 
     /// Makes one step. Allocates nothing.

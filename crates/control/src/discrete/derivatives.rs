@@ -82,6 +82,9 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
 
 /// The multipliers of the loads that act over `tau` before the state that `lambda` belongs to.
 #[inline]
-fn impulses<const X: usize, const N: usize>(tau: f64, lambda: &SVector<f64, X>) -> [Vector3<f64>; N] {
+fn impulses<const X: usize, const N: usize>(
+    tau: f64,
+    lambda: &SVector<f64, X>,
+) -> [Vector3<f64>; N] {
     std::array::from_fn(|i| tau * lambda.fixed_rows::<3>(momentum(i)).into_owned())
 }

@@ -171,7 +171,11 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
 
     /// The attitudes in which forces act at both kicks, if they turn with the body.
     #[inline]
-    pub(super) fn frames(&self, begun: &BodyState, drifted: &BodyState) -> Option<[Matrix3<f64>; 2]> {
+    pub(super) fn frames(
+        &self,
+        begun: &BodyState,
+        drifted: &BodyState,
+    ) -> Option<[Matrix3<f64>; 2]> {
         self.turns.then_some([begun.attitude, drifted.attitude])
     }
 }

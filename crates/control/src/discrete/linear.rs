@@ -132,10 +132,7 @@ pub(crate) const fn groups(coordinates: usize) -> usize {
 impl Linearization {
     /// The effects of the commands in this step; `inputs` are those in the body's own axes.
     #[inline]
-    pub(crate) fn inputs<'i, const U: usize>(
-        &self,
-        inputs: &'i Inputs<U>,
-    ) -> Cow<'i, Inputs<U>> {
+    pub(crate) fn inputs<'i, const U: usize>(&self, inputs: &'i Inputs<U>) -> Cow<'i, Inputs<U>> {
         match &self.frames {
             None => Cow::Borrowed(inputs),
             Some(frames) => Cow::Owned(inputs.turned(frames)),

@@ -146,9 +146,7 @@ fn forces_that_turn_with_the_body_have_the_derivatives_of_steps_made_of_potentia
             .collect();
         let thrusters = Actuation::actuators(&columns).unwrap().fixed_to_body();
         for dynamics in SCHEMES {
-            let transfer = scene
-                .transfer_by(thrusters.clone())
-                .with_dynamics(dynamics);
+            let transfer = scene.transfer_by(thrusters.clone()).with_dynamics(dynamics);
             let steps = KickDriftKick::full(&transfer);
             let (command, lambda) = (random::<9>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
             let (end, derivatives) = found(&steps, 0, &scene.state, &command, &lambda);

@@ -180,10 +180,7 @@ impl Actuation {
     }
 
     /// The actuation by `columns`, as [`Actuation::actuators`], whose forces turn with the body if those of `self` do.
-    pub(crate) fn with_columns(
-        &self,
-        columns: &[([f64; 6], f64)],
-    ) -> Result<Self, ActuationError> {
+    pub(crate) fn with_columns(&self, columns: &[([f64; 6], f64)]) -> Result<Self, ActuationError> {
         Ok(Self {
             fixed_to_body: self.fixed_to_body,
             ..Self::actuators(columns)?
@@ -270,8 +267,7 @@ impl Actuation {
     /// The cheapest command whose load is `load`, or comes nearest to it: `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺ u`. The force is in the axes of
     /// [`Actuation::load`].
     pub fn command(&self, load: &Load) -> Command {
-        let load =
-            SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
+        let load = SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
         if self.gains.is_some() {
             return load.fixed_resize(0.0);
         }

@@ -7,8 +7,8 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 use thiserror::Error;
 
 use super::step::{Sensitivity, Step};
-use crate::{Command, Transfer};
 use crate::problem::{Vector12, block};
+use crate::{Command, Transfer};
 
 /// The reason why an extremal does not reach its end.
 #[derive(Clone, Copy, Debug, Error, PartialEq)]

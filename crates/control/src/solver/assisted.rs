@@ -172,9 +172,22 @@ fn looped(path: &mut [(Vector3<f64>, Matrix3<f64>)], turn: &Vector3<f64>, aside:
     }
 }
 
-/// Directions that the commands do not span, among those of forces if `forces` and of moments if `moments`. They are
-/// orthonormal, and orthogonal to the commands.
+/// The sizes of force and moment, as the greatest of any command, or 1 if there is none.
+fn sizes(own: &[Column]) -> Vector6<f64> {
+    let half = |first: usize| {
+        let each = own
+            .iter()
+            .map(|(column, _)| column.fixed_rows::<3>(first).amax());
+        Some(each.fold(0.0, f64::max)).filter(|size| *size > 0.0)
+    };
+    let [force, moment] = [0, 3].map(|first| half(first).unwrap_or(1.0));
+    Vector6::new(force, force, force, moment, moment, moment)
+}
+
+/// Directions that the commands do not span, among those of forces if `forces` and of moments if `moments`. In parts of the
+/// commands' own sizes of force and moment they are orthonormal, and orthogonal to the commands.
 fn missing_directions(own: &[Column], [forces, moments]: [bool; 2]) -> Vec<Vector6<f64>> {
+    let sizes = sizes(own);
     let mut basis: Vec<Vector6<f64>> = Vec::new();
     let apart = |basis: &[Vector6<f64>], from: &Vector6<f64>| {
         let mut rest = *from;
@@ -185,7 +198,8 @@ fn missing_directions(own: &[Column], [forces, moments]: [bool; 2]) -> Vec<Vecto
         rest
     };
     for (column, _) in own {
-        let rest = apart(&basis, column);
+        let column = column.component_div(&sizes);
+        let rest = apart(&basis, &column);
         if rest.norm() > APART * column.norm() {
             basis.push(rest.normalize());
         }
@@ -205,7 +219,11 @@ fn missing_directions(own: &[Column], [forces, moments]: [bool; 2]) -> Vec<Vecto
         };
         basis.push(most.normalize());
     }
-    basis.split_off(spanned)
+    let missing = basis.split_off(spanned);
+    missing
+        .iter()
+        .map(|direction| direction.component_mul(&sizes))
+        .collect()
 }
 
 /// The commands together with the missing ones, whose weight is `multiple` times the least weight of a unit load by any
@@ -216,9 +234,10 @@ fn completed(
     missing: &[Vector6<f64>],
     multiple: f64,
 ) -> Option<Actuation> {
+    let sizes = sizes(own);
     let cheapest = own
         .iter()
-        .map(|(column, weight)| weight / column.norm_squared())
+        .map(|(column, weight)| weight / column.component_div(&sizes).norm_squared())
         .fold(f64::INFINITY, f64::min);
     let added = missing.iter().map(|column| (*column, multiple * cheapest));
     let columns: Vec<_> = own

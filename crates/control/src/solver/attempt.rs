@@ -149,6 +149,12 @@ impl<'s, C> Solver<'s, C> {
     {
         let mut first = None;
         let mut unsolvable = None;
+        if let Some(plan) = self.unturned()? {
+            match self.warm(&plan)? {
+                Err(failure) if failure.0 != Ended::Stopped => first = Some(failure),
+                done => return Ok(done),
+            }
+        }
         for group in GUESSES {
             let mut capped = Vec::new();
             for &guess in group {

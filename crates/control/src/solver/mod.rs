@@ -17,6 +17,7 @@ mod resolution;
 mod scale;
 #[cfg(test)]
 mod tests;
+mod unturned;
 mod warm;
 
 pub use error::PlanError;
@@ -127,7 +128,11 @@ pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanE
     let extremal = units.enter_extremal(extremal);
     let iterate = Iterate {
         states: extremal.states.clone(),
-        commands: extremal.controls.iter().map(|load| Both::<6>.narrowed(&stacked(load))).collect(),
+        commands: extremal
+            .controls
+            .iter()
+            .map(|load| Both::<6>.narrowed(&stacked(load)))
+            .collect(),
         // At the target, the variations of the conditions are those of the state: `ν = λ_{N−1}`.
         nu: extremal.multipliers.last().copied().unwrap_or_default(),
     };

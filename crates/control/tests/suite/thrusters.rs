@@ -101,7 +101,10 @@ fn opposite_thrusters_are_planned_as_commands_of_both_signs() {
         let weights = weights.into_iter().step_by(2);
         let together = Actuation::thrusters(&signed, weights).expect("thrusters");
         let together = transfer(initial, target, together);
-        let (plan, expected) = (planned(&apart).expect("a plan"), planned(&together).expect("a plan"));
+        let (plan, expected) = (
+            planned(&apart).expect("a plan"),
+            planned(&together).expect("a plan"),
+        );
         assert!(expected.certificate.sufficient && expected.certificate.terminal < 1e-12);
         let cost = (plan.cost / expected.cost - 1.0).abs();
         assert!(cost < 1e-7, "{} for {}", plan.cost, expected.cost);
@@ -153,7 +156,8 @@ fn thrusters_fly_their_plans_to_the_target_within_their_limits() {
 /// Thrusters at random places in random directions that together exert every force and moment.
 fn layout(rng: &mut Rng, count: usize) -> Vec<Thruster> {
     loop {
-        let random = |rng: &mut Rng| Thruster::new(vector(rng, 1.0), vector(rng, 1.0).normalize(), 1.0);
+        let random =
+            |rng: &mut Rng| Thruster::new(vector(rng, 1.0), vector(rng, 1.0).normalize(), 1.0);
         let all: Vec<_> = (0..count).map(|_| random(rng)).collect();
         let column = |thruster: &Thruster| {
             let moment = thruster.position.cross(&thruster.direction);
@@ -182,4 +186,50 @@ fn spans(columns: &[nalgebra::Vector6<f64>]) -> bool {
         }
         rest.norm() < 1e-6 && factors.iter().sum::<f64>() < 20.0
     })
+}
+
+/// Random approaches and turns of a chaser in a low orbit, in SI, by thrusters of which some are wide open at times.
+#[test]
+fn approaches_in_a_low_orbit_are_planned() {
+    let mut rng = Rng::with_seed(53);
+    let (gm, radius): (f64, f64) = (3.986_004_418e14, 6.778e6);
+    let inertia = Inertia::principal([30.0, 33.0, 36.0]).expect("inertia");
+    let body = RigidBody::new(150.0, inertia, Vec::new()).expect("a body");
+    let rate = (gm / radius.powi(3)).sqrt();
+    let (h, n) = (0.5, 240);
+    let at = |place: Vector3<f64>, time: f64, turn: Vector3<f64>| {
+        let frame = exp(&Vector3::new(0.0, 0.0, rate * time));
+        let position = frame * (Vector3::new(radius, 0.0, 0.0) + place);
+        let velocity = Vector3::new(0.0, 0.0, rate).cross(&position);
+        let spin = Vector3::zeros();
+        BodyState::from_velocities(&body, position, velocity, frame * exp(&turn), spin)
+    };
+    let actuation = Actuation::thrusters(&pairs(), [1.0; 12]).expect("thrusters");
+    let mut shares = Vec::new();
+    for round in 0..10 {
+        let initial = at(vector(&mut rng, 40.0), 0.0, Vector3::zeros());
+        let target = at(vector(&mut rng, 40.0), h * n as f64, vector(&mut rng, 1.7));
+        let transfer = Transfer::new(
+            body.clone(),
+            Central { gm },
+            h,
+            n,
+            initial,
+            target,
+            actuation.clone(),
+        );
+        let transfer = transfer.expect("a transfer").with_dynamics(Dynamics::Lgvi);
+        let free = planned(&transfer.clone().with_constraints(&[limited(&[])])).expect("a plan");
+        let most = free.commands.iter().map(|w| w.max()).fold(0.0, f64::max);
+        let limit = 0.85 * most;
+        let plan = planned(&transfer.with_constraints(&[limited(&[limit; 12])]));
+        let plan = plan.unwrap_or_else(|error| panic!("{round}: {error}"));
+        assert!(plan.certificate.terminal < 1e-11, "{:?}", plan.certificate);
+        let open = plan.commands.iter().filter(|w| w.max() > 0.999 * limit);
+        shares.push(open.count());
+        for command in &plan.commands {
+            assert!(command.min() > -1e-6 * limit && command.max() < limit * (1.0 + 1e-6));
+        }
+    }
+    assert!(shares.iter().all(|open| *open > 0), "{shares:?}");
 }

@@ -10,7 +10,7 @@ use lgvi_control::{Dynamics, Motion};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, Mobility};
 
-use crate::file::{DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile};
+use crate::file::{CommandsFile, DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile};
 use crate::scene::{NamedBody, Scene};
 use crate::{Integration, Maneuver, SceneError};
 use prediction::Predictions;
@@ -24,10 +24,7 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
         SceneError::unknown("maneuver.body", &file.body, &names)
     })?;
-    if scene.bodies[body].body.has_actuators() {
-        let expected = "a body without `wheels` and `thrusters`, which the planner does not know";
-        return Err(SceneError::value("maneuver.body", &file.body, expected));
-    }
+    check_actuators(scene, body, file)?;
     check_field(scene, body)?;
     if !(2..=MAX_MANEUVER_STEPS).contains(&scene.steps) {
         let expected = format!("2 to {MAX_MANEUVER_STEPS} steps for a maneuver");
@@ -38,21 +35,22 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         MotionFile::Translation => Motion::Translation,
         MotionFile::Rotation => Motion::Rotation,
     };
-    let actuation = actuation::actuation(file, motion)?;
+    let thrusters = match file.commands {
+        Some(CommandsFile::Thrusters) => scene.bodies[body].body.thrusters(),
+        None => None,
+    };
+    let actuation = actuation::actuation(file, motion, thrusters)?;
     let mut predictions = Predictions::new(scene, body);
     let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
-    let constraints = &file.constraints;
+    let given = &file.constraints;
+    let mut constraints =
+        constraints::constraints(scene, given, motion, &actuation, &mut predictions)?;
+    constraints.extend(thrusters.map(actuation::limits).transpose()?);
     let maneuver = Maneuver {
         body,
         target,
         predicted: file.target.relative_to.is_some(),
-        constraints: constraints::constraints(
-            scene,
-            constraints,
-            motion,
-            &actuation,
-            &mut predictions,
-        )?,
+        constraints,
         actuation,
         dynamics: dynamics(scene, file),
         processed: file.processed,
@@ -65,6 +63,22 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     };
     options::check_combination(scene, &maneuver, file)?;
     Ok(maneuver)
+}
+
+/// Checks that the body has the actuators that are commanded, and no others.
+fn check_actuators(scene: &Scene, body: usize, file: &ManeuverFile) -> Result<(), SceneError> {
+    let named = &scene.bodies[body];
+    let expected = match file.commands {
+        _ if !named.wheels.is_empty() => "a body without `wheels`, which the planner does not know",
+        Some(CommandsFile::Thrusters) if named.thrusters.is_empty() => {
+            "a body with `thrusters`, where `commands` is \"thrusters\""
+        }
+        None if !named.thrusters.is_empty() => {
+            "a body without `thrusters`, where `commands` is not \"thrusters\""
+        }
+        _ => return Ok(()),
+    };
+    Err(SceneError::value("maneuver.body", &file.body, expected))
 }
 
 /// Returns if translation is planned, and if rotation is planned.

@@ -21,8 +21,12 @@ pub(crate) struct ManeuverFile {
     pub force_weight: Option<WeightFile>,
     /// Weight of the moment: a number, three, or a symmetric positive definite 3×3 matrix; 1 by default.
     pub moment_weight: Option<WeightFile>,
-    /// One to six actuators that replace force, moment and their weights.
+    /// One to fifteen actuators that replace force, moment and their weights.
     pub actuators: Option<Vec<ActuatorFile>>,
+    /// "thrusters" plans the forces of the body's thrusters, within their limits, in the place of force and moment.
+    pub commands: Option<CommandsFile>,
+    /// Weight of the forces of thrusters: one number, or one per thruster; 1 by default. Only with `commands = "thrusters"`.
+    pub thruster_weight: Option<EachFile>,
     /// Constraints along the path.
     #[serde(default)]
     pub constraints: Vec<ConstraintFile>,
@@ -73,6 +77,44 @@ pub(crate) enum WeightFile {
     Scalar(f64),
     Diagonal([f64; 3]),
     Matrix([[f64; 3]; 3]),
+}
+
+#[derive(Clone, Copy, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum CommandsFile {
+    /// The forces of the body's thrusters.
+    Thrusters,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(
+    untagged,
+    expecting = "expected a number, or one for each axis or command"
+)]
+pub(crate) enum EachFile {
+    All(f64),
+    Each(Vec<f64>),
+}
+
+impl EachFile {
+    /// A number for each of `count`, or `None` if there are not as many.
+    pub(crate) fn each(&self, count: usize) -> Option<Vec<f64>> {
+        let each = match self {
+            Self::All(number) => vec![*number; count],
+            Self::Each(numbers) => numbers.clone(),
+        };
+        (each.len() == count).then_some(each)
+    }
+
+    /// The numbers that are given.
+    pub(crate) fn given(&self) -> &[f64] {
+        match self {
+            Self::All(number) => std::slice::from_ref(number),
+            Self::Each(numbers) => numbers,
+        }
+    }
 }
 
 #[derive(Deserialize)]

@@ -360,7 +360,14 @@ impl Propagator {
         }
         if let Some(maneuver) = &self.scene.maneuver {
             let body = maneuver.body;
-            self.cost += maneuver.interval_cost(&self.flight.loads()[body], self.scene.h());
+            let h = self.scene.h();
+            let thrusters = self.flight.system().bodies()[body].thrusters();
+            self.cost += match thrusters.filter(|_| maneuver.by_thrusters()) {
+                Some(thrusters) => {
+                    maneuver.thrust_cost(thrusters.states().iter().map(|one| one.thrust), h)
+                }
+                None => maneuver.interval_cost(&self.flight.loads()[body], h),
+            };
             if maneuver.final_time.is_some() && self.flight.sequence_end(body) == Some(step + 1) {
                 self.arrival = Some(self.flight.states()[body]);
             }

@@ -1,8 +1,8 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::{CommandConstraint, CommandInequality, Place};
-use crate::problem::{Actuation, Command, MAX_COMMANDS, ParameterError};
 use crate::problem::parameter::limit;
+use crate::problem::{Actuation, Command, MAX_COMMANDS, ParameterError};
 
 /// A limit on each command: `|w_i| ≤ limit_i`, or `0 ≤ w_i ≤ limit_i` for actuators of one side, such as thrusters. An infinite
 /// limit is no limit.

@@ -11,7 +11,7 @@ use serde::Deserialize;
 use super::moves;
 use super::prediction::Predictions;
 use crate::angle::{self, AngleFile};
-use crate::file::RelativeFile;
+use crate::file::{EachFile, RelativeFile};
 use crate::{Scene, SceneError};
 
 /// A constraint in the form of the scene file. Each kind has one variant here and one arm in [`constraint`].
@@ -22,17 +22,17 @@ pub(crate) enum ConstraintFile {
     /// Bounds on the commands.
     Commands {
         /// Largest size of each command: one number, or one per actuator.
-        limit: LimitFile,
+        limit: EachFile,
     },
     /// Bounds on the components of the force, inertial axes.
     ForceComponents {
         /// Largest size of each component: one number or three.
-        limit: LimitFile,
+        limit: EachFile,
     },
     /// Bounds on the components of the moment, body axes.
     MomentComponents {
         /// Largest size of each component: one number or three.
-        limit: LimitFile,
+        limit: EachFile,
     },
     /// A bound on the norm of the force.
     ForceNorm {
@@ -76,17 +76,6 @@ pub(crate) enum ConstraintFile {
         /// Axes that `apex` and `axis` are relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
     },
-}
-
-#[derive(Deserialize)]
-#[cfg_attr(test, derive(schemars::JsonSchema))]
-#[serde(
-    untagged,
-    expecting = "expected a number, or one for each axis or command"
-)]
-pub(crate) enum LimitFile {
-    All(f64),
-    Each(Vec<f64>),
 }
 
 /// Compiles the constraints.
@@ -164,8 +153,7 @@ fn constraint(
     Ok(match file {
         File::Commands { limit } => {
             let limits = limits(limit, actuation.commands())?;
-            let limit = |command| limits.get(command).copied().unwrap_or(f64::INFINITY);
-            Constraint::commands(CommandLimit::new(std::array::from_fn(limit))?)
+            Constraint::commands(CommandLimit::new(&limits)?)
         }
         File::ForceComponents { limit } => components(Position, limit)?,
         File::MomentComponents { limit } => components(Attitude, limit)?,
@@ -197,7 +185,7 @@ fn constraint(
     })
 }
 
-fn components(place: Place, file: &LimitFile) -> Result<Constraint, ParameterError> {
+fn components(place: Place, file: &EachFile) -> Result<Constraint, ParameterError> {
     let limits = Vector3::from_vec(limits(file, 3)?);
     Ok(Constraint::commands(ComponentLimit::new(place, limits)?))
 }
@@ -206,15 +194,11 @@ fn norm(place: Place, limit: f64) -> Result<Constraint, ParameterError> {
     Ok(Constraint::commands(NormLimit::new(place, finite(limit)?)?))
 }
 
-fn limits(file: &LimitFile, count: usize) -> Result<Vec<f64>, ParameterError> {
-    let limits = match file {
-        LimitFile::All(limit) => vec![*limit; count],
-        LimitFile::Each(limits) => limits.clone(),
-    };
-    if limits.len() != count {
+fn limits(file: &EachFile, count: usize) -> Result<Vec<f64>, ParameterError> {
+    let Some(limits) = file.each(count) else {
         let expected = format!("one number > 0, or {count} of them");
-        return Err(ParameterError::new("limit", limits, expected));
-    }
+        return Err(ParameterError::new("limit", file.given(), expected));
+    };
     limits.into_iter().map(finite).collect()
 }
 

@@ -106,6 +106,7 @@ pub(super) fn check_combination(
         let beyond = [
             ("dynamics", maneuver.dynamics != Dynamics::LieEuler),
             ("actuators", file.actuators.is_some()),
+            ("commands", file.commands.is_some()),
             ("final_time", maneuver.final_time.is_some()),
             ("search", maneuver.search.is_some()),
         ];
@@ -120,6 +121,27 @@ pub(super) fn check_combination(
         }
         let beyond = [("dynamics", maneuver.dynamics != Dynamics::LieEuler)];
         check_plain(maneuver, &beyond, "`processed` is true")?;
+    }
+    if maneuver.by_thrusters() {
+        let flown = maneuver.motion == Motion::Full && maneuver.dynamics == Dynamics::Lgvi;
+        let others = [
+            (
+                "motion",
+                "a part of the motion",
+                "\"full\"",
+                maneuver.motion != Motion::Full,
+            ),
+            ("dynamics", "\"lie_euler\"", "\"lgvi\"", !flown),
+            ("feedback", "true", "false", maneuver.feedback),
+        ];
+        if let Some((key, value, expected, _)) = others.iter().find(|(.., given)| *given) {
+            return Err(SceneError::Value {
+                line: None,
+                key: format!("maneuver.{key}"),
+                value: (*value).into(),
+                expected: format!("{expected} where `commands` is \"thrusters\""),
+            });
+        }
     }
     if maneuver.feedback && scene.steps > MAX_FEEDBACK_STEPS {
         let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");

@@ -1,0 +1,89 @@
+//! Initial guesses for actuators that are fixed to the body, by a plan for a force that does not turn with it.
+//!
+//! A smooth path far from a free flight needs great forces. If these turn with the body, Newton's method turns the body to
+//! be rid of them, and strays. A plan with forces in the inertial frame is an ordinary one, and near the plan that is wanted.
+
+use lgvi_dynamics::Load;
+use nalgebra::{Matrix3, SMatrix};
+
+use super::attempt::Solver;
+use super::class::{Both, Class};
+use super::error::PlanError;
+use super::progress::{NewtonSettings, Progress, Start};
+use crate::problem::{InequalitySet, Weight};
+use crate::{Actuation, Plan, Sweep, Transfer};
+
+impl<C> Solver<'_, C> {
+    /// The plan without inequalities for a force of any direction, with the commands that come nearest to it. Returns `None`
+    /// if the actuators are not fixed to the body, if they exert no force or moment in a direction, or if there is no such
+    /// plan.
+    pub(super) fn unturned<const X: usize, const U: usize>(
+        &mut self,
+    ) -> Result<Option<Plan>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let Some(free) = free(self.transfer) else {
+            return Ok(None);
+        };
+        let settings = NewtonSettings {
+            violation: self.tolerances.violation,
+            stationarity: self.tolerances.stationarity,
+            iterations: self.tolerances.iterations,
+            coarse: self.coarse,
+        };
+        let mut made = [0; 2];
+        let observe = &mut *self.observe;
+        let mut watch = |now: &Progress| {
+            made = [now.iteration, now.trials];
+            observe(now)
+        };
+        let found = Solver::new(Both::<6>, &free, &settings, &mut watch).solve(Start::Cold, false);
+        [self.standing.iteration, self.standing.trials] = made;
+        match found {
+            Ok(plan) => Ok(Some(turned(&self.transfer.actuation, plan))),
+            Err(stopped @ PlanError::Stopped { .. }) => Err(stopped),
+            Err(_) => Ok(None),
+        }
+    }
+}
+
+/// The transfer without inequalities, with force and moment as commands, whose weights are about those of the actuators.
+fn free(transfer: &Transfer) -> Option<Transfer> {
+    let actuation = &transfer.actuation;
+    if !actuation.is_fixed_to_body() {
+        return None;
+    }
+    let inverse = Weight::from_diagonal(&actuation.weight().diagonal().map(f64::recip));
+    let compliance = actuation.matrix() * inverse * actuation.matrix().transpose();
+    // On the average over attitudes.
+    let force = compliance.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+    let moment = compliance.fixed_view::<3, 3>(3, 3).into_owned();
+    let moment = moment.cholesky()?.inverse();
+    let symmetric = 0.5 * (moment + moment.transpose());
+    let force = Matrix3::from_diagonal_element(force.recip());
+    let actuation = Actuation::full(&force, &symmetric).ok()?;
+    Some(Transfer {
+        actuation,
+        inequalities: InequalitySet::default(),
+        ..transfer.clone()
+    })
+}
+
+/// A plan with commands of actuators that are fixed to the body, in the mean of the attitudes at both ends of each step.
+fn turned(actuation: &Actuation, plan: Plan) -> Plan {
+    let each = plan.controls.iter().zip(plan.states.windows(2));
+    let commands = each.map(|(load, ends)| {
+        let mean: SMatrix<f64, 3, 3> = 0.5 * (ends[0].attitude + ends[1].attitude);
+        actuation.command(&Load {
+            force: mean.tr_mul(&load.force),
+            moment: load.moment,
+        })
+    });
+    Plan {
+        commands: commands.collect(),
+        feedback: Vec::new(),
+        sweep: Sweep::default(),
+        ..plan
+    }
+}

@@ -217,7 +217,13 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     }
                     return Ended::Converged;
                 }
-                Satisfied::ToRounding if meets => return Ended::Converged,
+                Satisfied::ToRounding
+                    if meets
+                        || self.fly_home(problem, inequalities, tolerances.violation, standing)
+                            <= tolerances.violation =>
+                {
+                    return Ended::Converged;
+                }
                 Satisfied::Never => return Ended::Infeasible,
                 // The commands do not change these conditions to first order.
                 Satisfied::Yes if stationary && standing.violation > LEFT * left => {

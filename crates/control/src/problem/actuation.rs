@@ -126,28 +126,9 @@ impl Actuation {
             matrix.set_column(command, &SVector::from(column));
             weights[(command, command)] = weight;
         }
-        let inverse = Weight::from_diagonal(&weights.diagonal().map(f64::recip));
-        let mut reach = matrix * inverse * matrix.transpose();
-        // Each component is measured in units of its own reach, so that the nearest load does not depend on the units
-        // of force and moment.
-        let units = reach.diagonal().map(|reach| {
-            if reach > 0.0 {
-                reach.sqrt().recip()
-            } else {
-                0.0
-            }
-        });
-        let units = SMatrix::<f64, 6, 6>::from_diagonal(&units);
-        reach = units * reach * units;
-        let flat = RANK * reach.norm();
-        let pseudo_inverse = SVD::try_new(reach, true, true, 5.0 * f64::EPSILON, MOST)
-            .and_then(|values| values.pseudo_inverse(flat).ok())
-            .map_or_else(SMatrix::zeros, |reach| {
-                inverse * matrix.transpose() * units * reach * units
-            });
         Ok(Self {
             matrix,
-            pseudo_inverse,
+            pseudo_inverse: pseudo_inverse(&matrix, &weights),
             weight: weights,
             commands,
             fixed_to_body: false,
@@ -274,10 +255,40 @@ impl Actuation {
         self.pseudo_inverse * load
     }
 
+    /// [`Actuation::command`] by the chosen commands alone: `chosen` is diagonal, with 1 for these and 0 for the others.
+    pub(crate) fn command_among(&self, chosen: &Weight, load: &Load) -> Command {
+        let load =
+            SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
+        pseudo_inverse(&(self.matrix * chosen), &self.weight) * load
+    }
+
     /// The cost of an interval's load: that of the cheapest command with this load, or with the load nearest to it.
     pub fn cost_of(&self, h: f64, load: &Load) -> f64 {
         self.cost(h, &self.command(load))
     }
+}
+
+/// `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺` for a diagonal weight.
+fn pseudo_inverse(matrix: &Effects, weight: &Weight) -> SMatrix<f64, MAX_COMMANDS, 6> {
+    let inverse = Weight::from_diagonal(&weight.diagonal().map(f64::recip));
+    let mut reach = matrix * inverse * matrix.transpose();
+    // Each component is measured in units of its own reach, so that the nearest load does not depend on the units of force
+    // and moment.
+    let units = reach.diagonal().map(|reach| {
+        if reach > 0.0 {
+            reach.sqrt().recip()
+        } else {
+            0.0
+        }
+    });
+    let units = SMatrix::<f64, 6, 6>::from_diagonal(&units);
+    reach = units * reach * units;
+    let flat = RANK * reach.norm();
+    SVD::try_new(reach, true, true, 5.0 * f64::EPSILON, MOST)
+        .and_then(|values| values.pseudo_inverse(flat).ok())
+        .map_or_else(SMatrix::zeros, |reach| {
+            inverse * matrix.transpose() * units * reach * units
+        })
 }
 
 #[cfg(test)]

@@ -36,6 +36,14 @@ impl<C> Solver<'_, C> {
                 done => return done,
             }
         }
+        if let Some(plan) = self.unturned()? {
+            let iterate = self.resampled(&plan)?;
+            let newton = Newton::new(transfer.intervals, iterate);
+            match self.impose(newton, None, set) {
+                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) => (),
+                done => return done,
+            }
+        }
         let free = match self.cold()? {
             Ok(newton) => newton,
             Err((ended, newton)) => return Err(self.unsolved(ended, &newton.iterate)?),

@@ -11,7 +11,7 @@ use super::class::{Both, Class};
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
 use crate::problem::{InequalitySet, Weight};
-use crate::{Actuation, Plan, Sweep, Transfer};
+use crate::{Actuation, Command, MAX_COMMANDS, Plan, Sweep, Transfer};
 
 impl<C> Solver<'_, C> {
     /// The plan without inequalities for a force of any direction, with the commands that come nearest to it. Returns `None`
@@ -41,7 +41,7 @@ impl<C> Solver<'_, C> {
         let found = Solver::new(Both::<6>, &free, &settings, &mut watch).solve(Start::Cold, false);
         [self.standing.iteration, self.standing.trials] = made;
         match found {
-            Ok(plan) => Ok(Some(turned(&self.transfer.actuation, plan))),
+            Ok(plan) => Ok(Some(turned(self.transfer, plan))),
             Err(stopped @ PlanError::Stopped { .. }) => Err(stopped),
             Err(_) => Ok(None),
         }
@@ -71,14 +71,16 @@ fn free(transfer: &Transfer) -> Option<Transfer> {
 }
 
 /// A plan with commands of actuators that are fixed to the body, in the mean of the attitudes at both ends of each step.
-fn turned(actuation: &Actuation, plan: Plan) -> Plan {
+fn turned(transfer: &Transfer, plan: Plan) -> Plan {
+    let one_sided = one_sided(&transfer.inequalities);
     let each = plan.controls.iter().zip(plan.states.windows(2));
     let commands = each.map(|(load, ends)| {
         let mean: SMatrix<f64, 3, 3> = 0.5 * (ends[0].attitude + ends[1].attitude);
-        actuation.command(&Load {
+        let load = Load {
             force: mean.tr_mul(&load.force),
             moment: load.moment,
-        })
+        };
+        allocated(&transfer.actuation, &load, &one_sided)
     });
     Plan {
         commands: commands.collect(),
@@ -86,4 +88,37 @@ fn turned(actuation: &Actuation, plan: Plan) -> Plan {
         sweep: Sweep::default(),
         ..plan
     }
+}
+
+/// For each command, true if it must not be negative.
+fn one_sided(inequalities: &InequalitySet) -> [bool; MAX_COMMANDS] {
+    let none = Command::zeros();
+    std::array::from_fn(|command| {
+        let mut rows = inequalities.command.iter();
+        rows.any(|row| row.value(&none) == 0.0 && row.gradient(&none)[command] < 0.0)
+    })
+}
+
+/// About the cheapest commands of a load that are not negative where they must not be: the cheapest of all, without those
+/// that would have to be negative.
+fn allocated(
+    actuation: &Actuation,
+    load: &Load,
+    one_sided: &[bool; MAX_COMMANDS],
+) -> Command {
+    let mut used = [true; MAX_COMMANDS];
+    let mut command = actuation.command(load);
+    for _ in 0..actuation.commands() {
+        let negative = |i: &usize| one_sided[*i] && command[*i] < 0.0;
+        let shut: Vec<_> = (0..actuation.commands()).filter(negative).collect();
+        if shut.is_empty() {
+            break;
+        }
+        for i in shut {
+            used[i] = false;
+        }
+        let selection = Weight::from_diagonal(&Command::from_fn(|i, _| f64::from(u8::from(used[i]))));
+        command = actuation.command_among(&selection, load);
+    }
+    command
 }

@@ -79,6 +79,10 @@ pub(crate) fn fly<'py>(
         let message = "`plan` is in other units, steps or for another body than the scene's";
         return Err(error::ensemble(py, message));
     }
+    if plan.is_some_and(|plan| plan.nominal().commands_thrusters()) {
+        let message = "`plan` commands thrusters, expected one by force and moment";
+        return Err(error::ensemble(py, message));
+    }
     let guidance = plan.map_or(Guidance::None, |plan| {
         let plan = plan.nominal();
         match plan.open_loop() {

@@ -158,12 +158,33 @@ impl Plan {
         array(py, &[times.len()], times)
     }
 
-    /// Forces (N), inertial frame, each held over a step, shape (n, 3).
+    /// Forces (N), inertial frame, each held over a step, shape (n, 3). Those of thrusters turn with the body; they are given
+    /// in its attitude at the start of the step.
     #[getter]
     fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let controls = &self.plan.solution().controls;
-        let [force, _] = forces(&self.scene, controls);
+        let mut controls = self.plan.solution().controls.clone();
+        if self.plan.commands_thrusters() {
+            for (control, state) in controls.iter_mut().zip(&self.plan.solution().states) {
+                control.force = state.attitude * control.force;
+            }
+        }
+        let [force, _] = forces(&self.scene, &controls);
         array(py, &[controls.len(), 3], force)
+    }
+
+    /// Forces of the body's thrusters (N), in the scene's order, each held over a step, shape (n, thrusters); (n, 0) unless the
+    /// commands are thrusters.
+    #[getter]
+    fn thrust_n<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let count = match self.plan.commands_thrusters() {
+            true => self.scene.bodies[self.body()].thrusters.len(),
+            false => 0,
+        };
+        let commands = &self.plan.solution().commands;
+        let unit = self.scene.units.force();
+        let each = commands.iter().flat_map(|command| command.iter().take(count));
+        let thrust = each.map(|thrust| thrust.max(0.0) * unit).collect();
+        array(py, &[commands.len(), count], thrust)
     }
 
     /// Moments (N m), body frame, each held over a step, shape (n, 3).

@@ -28,6 +28,17 @@ def test_a_plan_is_flown_to_its_target(inclination: lgvi.Scene) -> None:
     np.testing.assert_array_equal(again.position_m, flight.position_m)
 
 
+def test_thrusters_are_commands(scenes: Path) -> None:
+    scene = lgvi.Scene.load(scenes / "thruster_rendezvous.toml").with_values({"run.steps": 60})
+    plan = scene.plan()
+    assert plan.thrust_n.shape == (60, 12)
+    assert plan.thrust_n.min() >= 0.0 and plan.thrust_n.max() <= 1.0 + 1e-6
+    flight = scene.fly(controls=plan)
+    np.testing.assert_allclose(flight.position_m[:, 1], plan.position_m, rtol=0.0, atol=1e-5)
+    with pytest.raises(lgvi.LgviError, match="thrusters"):
+        scene.ensemble(samples=2, seed=1, plan=plan)
+
+
 def test_gains_correct_a_disturbed_start(scenes: Path) -> None:
     """With the gains applied by hand, a disturbed flight misses the target by less than in open loop."""
     scene = lgvi.Scene.load(scenes / "inclination_change.toml")

@@ -95,6 +95,7 @@ scenes!(
     rocks,
     slew_keep_out,
     thruster_approach,
+    thruster_rendezvous,
     tumbling_target,
     two_dumbbells,
     wheel_slew,

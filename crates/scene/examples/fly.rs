@@ -32,13 +32,19 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut hasher = DefaultHasher::new();
 
         let mut controls = Vec::new();
+        let mut thrust = Vec::new();
         let mut body = 0;
         if let (Some(maneuver), Some(transfer)) = (&scene.maneuver, scene.transfer()) {
             let plan = solve(&transfer?, Start::Cold, &NewtonSettings::default(), |_| {
                 true
             })?;
             hash(&mut hasher, &plan.states);
-            (controls, body) = (plan.controls, maneuver.body);
+            body = maneuver.body;
+            if maneuver.by_thrusters() {
+                thrust = plan.commands;
+            } else {
+                controls = plan.controls;
+            }
         }
 
         let mut simulation = scene.simulation(scene.scheme()?)?;
@@ -46,6 +52,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         hash(&mut hasher, simulation.states());
         for step in 0..scene.steps {
             loads[body] = controls.get(step as usize).copied().unwrap_or_default();
+            if let Some(thrust) = thrust.get(step as usize) {
+                let count = scene.bodies[body].thrusters.len();
+                simulation.set_thruster_commands(body, &thrust.as_slice()[..count]);
+            }
             simulation.advance(&loads)?;
             hash(&mut hasher, simulation.states());
         }

@@ -132,16 +132,15 @@ impl NominalPlan {
         self.sequence.limits.is_some()
     }
 
+    /// Whether it commands thrusters.
+    pub fn commands_thrusters(&self) -> bool {
+        self.sequence.thrusters > 0
+    }
+
     /// One load a step, unless a feedback law corrects them or thrusters are commanded.
     pub fn open_loop(&self) -> Option<&[Load]> {
-        let Sequence {
-            plan,
-            limits,
-            thrusters,
-            ..
-        } = &self.sequence;
-        let open = limits.is_none() && *thrusters == 0;
-        open.then_some(plan.controls.as_slice())
+        let open = self.sequence.limits.is_none() && !self.commands_thrusters();
+        open.then_some(self.sequence.plan.controls.as_slice())
     }
 
     /// The force and moment that it lets act during `step` on the body in `state`: none if it commands thrusters.

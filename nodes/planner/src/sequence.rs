@@ -154,8 +154,12 @@ fn limits(maneuver: &Maneuver) -> Limits {
 mod tests {
     use lgvi_propagator::{Controls, Flight};
 
+    use std::time::Instant;
+
     use super::*;
-    use crate::solver::{End, Initial, Task, solve};
+    use crate::follower::Observed;
+    use crate::prediction::Forecast;
+    use crate::solver::{End, Guess, Initial, Task, solve};
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
 
@@ -186,6 +190,58 @@ mod tests {
             Limits::NONE,
             "three units of a command are six of force"
         );
+    }
+
+    /// Plans made anew on the way begin where the thrusters will have brought the body.
+    #[test]
+    fn thrusters_fly_a_plan_and_its_rest_to_the_target() {
+        let text = include_str!("../../../scenes/thruster_rendezvous.toml");
+        let scene = Scene::parse("test", &text.replace("steps = 240", "steps = 60")).unwrap();
+        let maneuver = scene.maneuver.as_ref().unwrap();
+        let task = Task::whole(&scene, maneuver);
+        let plan = solve(&scene, &task, &mut |_| true).unwrap().plan;
+        let first = Sequence::new(maneuver, 0, plan);
+        let message = first.message(&scene, 1, 0).unwrap();
+        assert!(message.force.is_empty() && message.thrust.len() == 60 * 12);
+        assert!(message.thrust.iter().all(|thrust| *thrust >= 0.0));
+
+        let mut flight = Flight::new(&scene).unwrap();
+        assert!(!flight.commanded(1));
+        let accept = |flight: &mut Flight, sequence: &Sequence, from: u64| {
+            let message = sequence.message(&scene, 1, from).unwrap();
+            flight
+                .accept(Controls::of_message(&scene, &message).unwrap())
+                .unwrap();
+            assert!(flight.commanded(1) && flight.has_sequence_from(1, from));
+        };
+        accept(&mut flight, &first, 0);
+        let forecast = Forecast {
+            scheme: scene.scheme().unwrap(),
+            from: Observed {
+                step: 0,
+                states: flight.states().to_vec(),
+                at: Instant::now(),
+            },
+            sequences: vec![first.clone()],
+        };
+        let task = Task {
+            first_step: 20,
+            initial: Initial::Forecast(Box::new(forecast)),
+            end: End::After(40),
+            guess: Some(Guess {
+                plan: first.plan.clone(),
+                flown: 20,
+            }),
+        };
+        let rest = solve(&scene, &task, &mut |_| true).unwrap().plan;
+        let off = miss(&rest.states[0], &first.plan.states[20]).amax();
+        assert!(off < 1e-6, "{off:e}");
+        accept(&mut flight, &Sequence::new(maneuver, 20, rest), 20);
+        while flight.step() < 60 {
+            flight.advance().unwrap();
+        }
+        let miss = scene.miss(&flight.states()[1]).unwrap().norm();
+        assert!(miss < 1e-4, "{miss:e}");
     }
 
     #[test]

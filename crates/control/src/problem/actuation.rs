@@ -257,8 +257,7 @@ impl Actuation {
 
     /// [`Actuation::command`] by the chosen commands alone: `chosen` is diagonal, with 1 for these and 0 for the others.
     pub(crate) fn command_among(&self, chosen: &Weight, load: &Load) -> Command {
-        let load =
-            SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
+        let load = SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
         pseudo_inverse(&(self.matrix * chosen), &self.weight) * load
     }
 

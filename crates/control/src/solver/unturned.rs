@@ -101,11 +101,7 @@ fn one_sided(inequalities: &InequalitySet) -> [bool; MAX_COMMANDS] {
 
 /// About the cheapest commands of a load that are not negative where they must not be: the cheapest of all, without those
 /// that would have to be negative.
-fn allocated(
-    actuation: &Actuation,
-    load: &Load,
-    one_sided: &[bool; MAX_COMMANDS],
-) -> Command {
+fn allocated(actuation: &Actuation, load: &Load, one_sided: &[bool; MAX_COMMANDS]) -> Command {
     let mut used = [true; MAX_COMMANDS];
     let mut command = actuation.command(load);
     for _ in 0..actuation.commands() {
@@ -117,7 +113,8 @@ fn allocated(
         for i in shut {
             used[i] = false;
         }
-        let selection = Weight::from_diagonal(&Command::from_fn(|i, _| f64::from(u8::from(used[i]))));
+        let selection =
+            Weight::from_diagonal(&Command::from_fn(|i, _| f64::from(u8::from(used[i]))));
         command = actuation.command_among(&selection, load);
     }
     command

@@ -1,8 +1,8 @@
 use nalgebra::Vector3;
 
 use super::{ROUNDING, Units};
-use crate::{Actuation, Transfer};
 use crate::problem::Vector12;
+use crate::{Actuation, Transfer};
 
 impl Units {
     /// The rounding error of `[δx, δγ, ζ, δΠ]` at the end, in these units.

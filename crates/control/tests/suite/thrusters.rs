@@ -46,10 +46,7 @@ fn transfer(initial: BodyState, target: BodyState, actuation: Actuation) -> Tran
 }
 
 fn planned(transfer: &Transfer) -> Result<Plan, PlanError> {
-    solve(transfer, Start::Cold, &NewtonSettings::default(), |now| {
-        println!("{} {} {:.2} {:.1e} {:.1e} {} {:?}", now.iteration, now.trials, now.step_length, now.violation, now.stationarity, now.cost, now.phase);
-        true
-    })
+    solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true)
 }
 
 fn limited(limits: &[f64]) -> Constraint {

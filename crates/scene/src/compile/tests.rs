@@ -55,7 +55,7 @@ fn a_scene_is_compiled_to_its_simulation_and_its_transfer() {
     assert_eq!(scene.transfer().unwrap().unwrap().intervals(), 100);
     let actuation = scene.maneuver.unwrap().actuation;
     assert_eq!(
-        actuation.weight().diagonal().as_slice(),
+        actuation.weight().diagonal().as_slice()[..6],
         [2.0, 2.0, 2.0, 1.0, 1.0, 1.0]
     );
 }

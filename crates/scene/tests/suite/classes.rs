@@ -120,6 +120,120 @@ fn actuators_take_the_place_of_force_and_moment() {
     assert_eq!(limit.limit()[..2], [1.0, 2.0]);
 }
 
+/// A chaser with two thrusters, other keys of the maneuver, and other text of the second thruster.
+fn by_thrusters(keys: &str, second: &str) -> Result<Scene, String> {
+    let text = format!(
+        r#"
+        title = "thrusters"
+        [run]
+        duration = 1.0
+        steps = 10
+        integrator = "lgvi"
+        [[bodies]]
+        name = "chaser"
+        mass = 2.0
+        inertia = [1, 1, 1]
+        position = [0, 0, 0]
+        velocity = [0, 0, 0]
+        attitude = {{ w = 1, x = 0, y = 0, z = 0 }}
+        angular_velocity = [0, 0, 0]
+        [[bodies.thrusters]]
+        name = "first"
+        position = [0, 2, 0]
+        direction = [3, 0, 0]
+        thrust = 0.5
+        {second}
+        [maneuver]
+        body = "chaser"
+        {keys}
+        [maneuver.target]
+        position = [1, 0, 0]
+        "#
+    );
+    Scene::parse("test", &text).map_err(|error| error.to_string())
+}
+
+const SECOND: &str = "[[bodies.thrusters]]\nname = \"second\"\nposition = [0, 0, 0]\ndirection = [0, 1, 0]\nthrust = 4";
+
+#[test]
+fn thrusters_are_commands_with_their_places_and_limits() {
+    let scene = by_thrusters("commands = \"thrusters\"\nthruster_weight = [3, 5]", SECOND).unwrap();
+    let maneuver = scene.maneuver.as_ref().unwrap();
+    assert!(maneuver.by_thrusters());
+    let actuation = &maneuver.actuation;
+    assert_eq!(actuation.commands(), 2);
+    let matrix = actuation.matrix();
+    assert_eq!(matrix.column(0).as_slice(), [1.0, 0.0, 0.0, 0.0, 0.0, -2.0]);
+    assert_eq!(matrix.column(1).as_slice(), [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(actuation.weight().diagonal().as_slice()[..2], [3.0, 5.0]);
+    let limits = CommandLimit::new(&[0.5, 4.0]).map(CommandLimit::one_sided);
+    assert_eq!(
+        maneuver.constraints,
+        [Constraint::commands(limits.unwrap())]
+    );
+    assert_eq!(
+        maneuver.thrust_cost([2.0, 1.0].into_iter(), 0.1),
+        0.05 * (3.0 * 4.0 + 5.0)
+    );
+    let scheme = scene.scheme().unwrap();
+    assert_eq!(scene.flown_otherwise(scheme), None);
+    let pulses = format!("{SECOND}\nminimum_impulse = 0.01");
+    let scene = by_thrusters("commands = \"thrusters\"", &pulses).unwrap();
+    assert!(scene.flown_otherwise(scheme).unwrap().contains("pulses"));
+}
+
+#[test]
+fn what_does_not_fit_thrusters_is_refused_with_its_key() {
+    let many: String = (0..15)
+        .map(|index| SECOND.replace("second", &format!("thruster_{index}")) + "\n")
+        .collect();
+    let wheel = "[[bodies.wheels]]\nname = \"wheel\"\naxis = [0, 0, 1]\ninertia = 0.1";
+    let with = "commands = \"thrusters\"";
+    for (keys, second, expected) in [
+        (
+            "",
+            SECOND,
+            "a body without `thrusters`, where `commands` is not \"thrusters\"",
+        ),
+        (with, wheel, "a body without `wheels`"),
+        (with, &many, "a body with at most 15 thrusters"),
+        (
+            "commands = \"thrusters\"\nthruster_weight = [1]",
+            SECOND,
+            "one number, or 2 of them",
+        ),
+        (
+            "commands = \"thrusters\"\nthruster_weight = -1",
+            SECOND,
+            "maneuver.thruster_weight",
+        ),
+        (
+            "commands = \"thrusters\"\nforce_weight = 1",
+            SECOND,
+            "maneuver.force_weight",
+        ),
+        (
+            "commands = \"thrusters\"\nfeedback = true",
+            SECOND,
+            "maneuver.feedback",
+        ),
+        (
+            "commands = \"thrusters\"\nmotion = \"translation\"",
+            SECOND,
+            "maneuver.motion",
+        ),
+        (
+            "commands = \"thrusters\"\ndynamics = \"lie_euler\"",
+            SECOND,
+            "maneuver.dynamics",
+        ),
+        ("commands = \"wheels\"", SECOND, "thrusters"),
+    ] {
+        let refused = by_thrusters(keys, second).err().unwrap_or_default();
+        assert!(refused.contains(expected), "{keys}: {refused}");
+    }
+}
+
 #[test]
 fn options_are_what_the_file_says_and_modest_unless_it_does() {
     let plain = maneuver("", STATE);
@@ -342,7 +456,7 @@ fn wrong_maneuvers_are_named() {
         (
             "actuators = []",
             STATE,
-            ["`maneuver.actuators` is 0", "1 to 6"],
+            ["`maneuver.actuators` is 0", "1 to 15"],
         ),
         (
             "actuators = [{ weight = 2 }]",

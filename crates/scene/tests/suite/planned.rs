@@ -55,6 +55,32 @@ fn the_telescope_turns_past_the_sun_within_the_moment_of_its_wheels() {
     assert!(plan.controls.iter().all(|u| u.force.norm() == 0.0));
 }
 
+/// The thrusters that the plan commands fly it, and push to one side only.
+#[test]
+fn the_chaser_is_flown_to_the_station_by_its_thrusters() {
+    let scene = shipped("thruster_rendezvous");
+    let plan = plan(&scene);
+    let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+    let loads = vec![Load::default(); scene.bodies.len()];
+    let mut open = 0;
+    for command in &plan.commands {
+        let thrust: Vec<_> = command.iter().take(12).map(|w| w.max(0.0)).collect();
+        simulation.set_thruster_commands(1, &thrust);
+        simulation.advance(&loads).unwrap();
+        assert!(command.min() > -1e-7 && command.max() < 1.0 + 1e-7);
+        for pair in thrust.chunks(2) {
+            assert!(
+                pair[0].min(pair[1]) < 1e-4,
+                "{pair:?} push against each other"
+            );
+        }
+        open += thrust.iter().filter(|thrust| **thrust > 0.999).count();
+    }
+    let miss = scene.miss(&simulation.states()[1]).unwrap();
+    assert!(miss.norm() < 1e-5, "{miss}");
+    assert!(open > 10, "{open} thrusters wide open");
+}
+
 #[test]
 fn the_chaser_stays_in_the_corridor_within_the_force_of_its_thrusters() {
     let scene = shipped("docking_corridor");

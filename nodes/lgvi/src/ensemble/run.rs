@@ -181,8 +181,13 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
 
 /// The controls of the scene's maneuver: its plan for the nominal scene, made once.
 fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
-    if scene.maneuver.is_none() {
+    let Some(maneuver) = &scene.maneuver else {
         return Ok(Guidance::None);
+    };
+    if maneuver.by_thrusters() {
+        let message = "`maneuver.commands` is \"thrusters\", expected a maneuver by force and moment: samples are not flown by \
+                       thrusters";
+        return Err(NodeError::Input(message.into()));
     }
     let plan = lgvi_planner::plan(scene, &mut |_| !shutdown.requested());
     let plan = plan.map_err(|error| {

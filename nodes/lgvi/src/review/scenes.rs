@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 19] = [
+pub const SCENES: [(&str, &str); 20] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -26,6 +26,7 @@ pub const SCENES: [(&str, &str); 19] = [
     shipped!("rocks"),
     shipped!("slew_keep_out"),
     shipped!("thruster_approach"),
+    shipped!("thruster_rendezvous"),
     shipped!("tumbling_target"),
     shipped!("two_dumbbells"),
     shipped!("wheel_slew"),

@@ -12,17 +12,22 @@
 mod campaign;
 mod error;
 mod guidance;
+mod histogram;
 mod identity;
 mod merge;
 mod part;
 mod picture;
+mod quantiles;
 mod read;
 mod row;
 mod run;
+mod statistics;
 mod store;
 mod summary;
 mod table;
 mod temporary;
+#[cfg(test)]
+mod testing;
 
 pub use campaign::{Campaign, FlownBy, Settings};
 pub use error::EnsembleError;
@@ -32,6 +37,7 @@ pub use merge::{MergeOptions, Merged, merge};
 pub use picture::draw;
 pub use row::{Failure, FailureKind, Row};
 pub use run::{Options, Progress, Report, run};
+pub use statistics::Statistics;
 pub use store::Store;
-pub use summary::{Statistics, Summary};
+pub use summary::Summary;
 pub use table::ends;

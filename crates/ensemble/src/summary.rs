@@ -4,7 +4,10 @@ use std::fmt;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use crate::{EnsembleError, Identity, Store};
+use crate::histogram::Histogram;
+use crate::quantiles::{EXACT, RANK_ERROR};
+use crate::statistics::Column;
+use crate::{EnsembleError, Identity, Statistics, Store};
 
 /// Statistics of the samples of an ensemble.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,31 +28,16 @@ pub struct Summary {
     pub complete: u64,
     /// Number of failed samples by kind.
     pub failures: BTreeMap<&'static str, u64>,
+    /// Bound of the error of the quantiles: their ranks are off by at most this fraction of the samples. It is 0 for up to
+    /// 65 536 samples.
+    pub quantile_error: f64,
     /// Statistics of each column, in order.
     #[serde(serialize_with = "as_map")]
     pub columns: Vec<(String, Statistics)>,
-    /// The values of each column in ascending order.
+    /// Counts of the values of each column.
     #[serde(skip)]
-    pub(crate) sorted: Vec<Vec<f64>>,
+    pub(crate) histograms: Vec<Histogram>,
 }
-
-/// Statistics of a column. All are NaN if there are no samples, and the standard deviation is NaN for a single sample.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Statistics {
-    /// Mean.
-    pub mean: f64,
-    /// Sample standard deviation, with the divisor n − 1.
-    pub standard_deviation: f64,
-    /// Minimum.
-    pub least: f64,
-    /// Quantiles at 5, 25, 50, 75 and 95 %, by linear interpolation between the two nearest values.
-    pub quantiles: [f64; 5],
-    /// Maximum.
-    pub greatest: f64,
-}
-
-/// Levels of the quantiles.
-const LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 fn as_map<S: Serializer>(
     columns: &[(String, Statistics)],
@@ -63,7 +51,7 @@ fn as_map<S: Serializer>(
 }
 
 impl Summary {
-    /// Computes the statistics of the samples in a store.
+    /// Computes the statistics of the samples in a store in one pass, with memory for one part.
     ///
     /// # Errors
     /// Returns an error if parts cannot be read.
@@ -76,7 +64,8 @@ impl Summary {
             scheme,
             ..
         } = store.identity().clone();
-        let mut values = vec![Vec::new(); store.columns().len()];
+        let each = store.columns().iter();
+        let mut columns: Vec<_> = each.map(|_| Column::new(samples)).collect();
         let (mut present, mut complete) = (0, 0);
         let mut failures = BTreeMap::new();
         store.for_each(|row| {
@@ -86,11 +75,12 @@ impl Summary {
                 return;
             }
             complete += 1;
-            for (values, number) in values.iter_mut().zip(row.numbers) {
-                values.push(number);
+            for (column, number) in columns.iter_mut().zip(row.numbers) {
+                column.add(number);
             }
         })?;
-        let statistics = values.iter_mut().map(|values| Statistics::of(values));
+        let (statistics, histograms): (Vec<_>, _) =
+            columns.into_iter().map(Column::finish).unzip();
         let names = store.columns().iter().cloned();
         Ok(Self {
             scene,
@@ -101,57 +91,10 @@ impl Summary {
             present,
             complete,
             failures,
+            quantile_error: if complete > EXACT { RANK_ERROR } else { 0.0 },
             columns: names.zip(statistics).collect(),
-            sorted: values,
+            histograms,
         })
-    }
-}
-
-impl Statistics {
-    /// Computes the statistics of values given in the order of their indices, and sorts the values.
-    fn of(values: &mut [f64]) -> Self {
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        values.sort_by(f64::total_cmp);
-        let (least, greatest) = (quantile(values, 0.0), quantile(values, 1.0));
-        let mean = within(mean, least, greatest);
-        let squares = values.iter().map(|value| (value - mean) * (value - mean));
-        let standard_deviation = (squares.sum::<f64>() / (count - 1.0)).sqrt();
-        Self {
-            mean,
-            standard_deviation,
-            least,
-            quantiles: LEVELS.map(|level| quantile(values, level)),
-            greatest,
-        }
-    }
-}
-
-/// Clamps a mean to the range of its values, in case of rounding errors. NaN stays NaN.
-fn within(mean: f64, least: f64, greatest: f64) -> f64 {
-    if mean < least {
-        least
-    } else if mean > greatest {
-        greatest
-    } else {
-        mean
-    }
-}
-
-/// Returns a quantile of values in ascending order.
-fn quantile(sorted: &[f64], level: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return f64::NAN;
-    };
-    let place = level * last as f64;
-    let below = place.floor();
-    let (low, high) = (below as usize, (below as usize + 1).min(last));
-    let part = place - below;
-    // Equal values, including infinite ones, need no interpolation.
-    if part == 0.0 || sorted[low] == sorted[high] {
-        sorted[low]
-    } else {
-        sorted[low] + part * (sorted[high] - sorted[low])
     }
 }
 
@@ -197,46 +140,5 @@ impl fmt::Display for Summary {
             )?;
         }
         Ok(())
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Expected values from numpy: `mean`, `std(ddof=1)`, `quantile`.
-    #[test]
-    fn statistics_are_those_of_textbooks() {
-        let mut values = [4.0, 1.0, 3.0, 2.0, 10.0];
-        let found = Statistics::of(&mut values);
-        assert_eq!(found.mean, 4.0);
-        assert!((found.standard_deviation - 3.535_533_905_932_737_8).abs() < 1e-15);
-        assert_eq!((found.least, found.greatest), (1.0, 10.0));
-        let expected = [1.2, 2.0, 3.0, 4.0, 8.8];
-        for (found, expected) in found.quantiles.into_iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-14, "{found} for {expected}");
-        }
-    }
-
-    #[test]
-    fn nothing_has_no_statistics() {
-        let found = Statistics::of(&mut []);
-        assert!(found.mean.is_nan() && found.least.is_nan() && found.quantiles[2].is_nan());
-        let one = Statistics::of(&mut [7.0]);
-        assert_eq!((one.mean, one.quantiles[0], one.greatest), (7.0, 7.0, 7.0));
-        assert!(one.standard_deviation.is_nan());
-    }
-
-    #[test]
-    fn what_lies_between_equal_values_is_their_value() {
-        let mut infinite = [f64::INFINITY; 4];
-        let mut same = [0.1; 10];
-        assert!(same.iter().sum::<f64>() / 10.0 < 0.1);
-        let found = Statistics::of(&mut same);
-        assert_eq!((found.mean, found.standard_deviation), (0.1, 0.0));
-        assert_eq!(
-            Statistics::of(&mut infinite).quantiles,
-            infinite[0..1].repeat(5)[..]
-        );
     }
 }

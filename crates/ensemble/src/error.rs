@@ -13,7 +13,7 @@ pub enum EnsembleError {
     #[error("the scene has no `ensemble` table, expected one with `samples` and `seed`")]
     NoTable,
     /// The ensemble is empty or too large.
-    #[error("{0} samples, expected 1 to 10000000")]
+    #[error("{0} samples, expected 1 to 9999999999")]
     Samples(u64),
     /// Samples outside the ensemble were requested.
     #[error("samples {}..{} were requested, expected a non-empty part of 0..{samples}", range.start, range.end)]
@@ -101,13 +101,8 @@ pub enum EnsembleError {
         path: PathBuf,
     },
     /// A picture cannot be drawn.
-    #[error("{}: {reason}", path.display())]
-    Picture {
-        /// The file of the picture.
-        path: PathBuf,
-        /// The reason.
-        reason: String,
-    },
+    #[error("no picture of the summary: {0}")]
+    Picture(String),
 }
 
 impl EnsembleError {
@@ -130,6 +125,6 @@ impl EnsembleError {
 
     /// Returns true if the machine failed, as opposed to the input being invalid.
     pub fn is_io(&self) -> bool {
-        matches!(self, Self::Io { .. } | Self::Picture { .. })
+        matches!(self, Self::Io { .. } | Self::Picture(_))
     }
 }

@@ -81,7 +81,11 @@ impl Histogram {
 fn number(value: f64, exponent: i32) -> f64 {
     let bars = libm::scalbn(value, -exponent);
     // A negative quotient may be so small that it is rounded to 0.
-    if bars == 0.0 && value < 0.0 { -1.0 } else { bars.floor() }
+    if bars == 0.0 && value < 0.0 {
+        -1.0
+    } else {
+        bars.floor()
+    }
 }
 
 fn fits(low: f64, high: f64, exponent: i32) -> bool {

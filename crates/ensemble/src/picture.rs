@@ -1,5 +1,4 @@
 use std::error::Error;
-use std::path::Path;
 
 use plotters::prelude::*;
 
@@ -24,21 +23,19 @@ const TELLING: [&str; 4] = [
     ".final.angular_velocity.",
 ];
 
-/// Draws histograms of the most relevant columns to an SVG file. Returns `false` if no column varies.
+/// Draws histograms of the most relevant columns as SVG. Returns `None` if no column varies.
 ///
 /// # Errors
-/// Returns an error if the file cannot be written.
-pub fn draw(summary: &Summary, path: &Path) -> Result<bool, EnsembleError> {
+/// Returns an error if the picture cannot be drawn.
+pub fn draw(summary: &Summary) -> Result<Option<String>, EnsembleError> {
     let chosen = chosen(summary);
     if chosen.is_empty() {
-        return Ok(false);
+        return Ok(None);
     }
-    let refuse = |reason: String| EnsembleError::Picture {
-        path: path.into(),
-        reason,
-    };
-    try_draw(summary, &chosen, path).map_err(|error| refuse(error.to_string()))?;
-    Ok(true)
+    let mut picture = String::new();
+    let drawn = try_draw(summary, &chosen, &mut picture);
+    drawn.map_err(|error| EnsembleError::Picture(error.to_string()))?;
+    Ok(Some(picture))
 }
 
 /// Returns the most relevant columns that vary.
@@ -69,12 +66,12 @@ fn varies(low: f64, high: f64) -> bool {
 fn try_draw<'a>(
     summary: &Summary,
     chosen: &[usize],
-    path: &'a Path,
+    picture: &'a mut String,
 ) -> Result<(), Box<dyn Error + 'a>> {
     let across = chosen.len().min(ACROSS);
     let down = chosen.len().div_ceil(ACROSS);
     let size = (SIZE.0 * across as u32, HEADING + SIZE.1 * down as u32);
-    let root = SVGBackend::new(path, size).into_drawing_area();
+    let root = SVGBackend::with_string(picture, size).into_drawing_area();
     root.fill(&WHITE)?;
     let heading = format!("{}: {} samples", summary.scene, summary.complete);
     let font = ("sans-serif", 18).into_font();

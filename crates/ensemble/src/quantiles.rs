@@ -57,7 +57,8 @@ impl Quantiles {
             && let Ok(mut sketch) = FixedSizeEpsilonSummary::new(self.most, RANK_ERROR)
         {
             let kept = std::mem::take(&mut self.kept);
-            kept.into_iter().for_each(|kept| sketch.update(Ordered(kept)));
+            kept.into_iter()
+                .for_each(|kept| sketch.update(Ordered(kept)));
             self.sketch = Some(sketch);
         }
         match &mut self.sketch {

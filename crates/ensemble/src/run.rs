@@ -1,7 +1,9 @@
+use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
@@ -27,6 +29,11 @@ pub struct Progress {
     pub done: u64,
     /// Number of samples requested.
     pub wanted: u64,
+    /// Number of steps of these samples that have been made, including those of samples in flight. A sample that failed
+    /// counts like a complete one.
+    pub steps: u64,
+    /// Number of steps of the requested samples.
+    pub wanted_steps: u64,
 }
 
 /// Result of a run.
@@ -47,17 +54,8 @@ impl Report {
     }
 }
 
-/// Number of samples that a thread flies at a time: a few registers of lanes.
-const UNIT: u64 = 32;
-
-/// Interval between checks of the stop condition.
+/// Interval between checks of the stop condition, and between reports of progress.
 const LOOK: Duration = Duration::from_millis(50);
-
-/// The samples of a unit, and the index of their part.
-struct Unit {
-    part: usize,
-    samples: Range<u64>,
-}
 
 /// Flies the samples that `store` lacks and writes their parts. After `stop` returns true, the run completes the parts
 /// that have been started and ends.
@@ -78,7 +76,7 @@ pub fn run(
         return Err(EnsembleError::Range { range, samples });
     }
     let missing = store.missing(range.clone())?;
-    store.tidy()?;
+    store.place().prepare()?;
     let wanted = range.end - range.start;
     let open: u64 = missing.iter().map(|part| part.end - part.start).sum();
     let mut report = Report {
@@ -86,13 +84,11 @@ pub fn run(
         flown: 0,
         wanted,
     };
-    let units = units(&missing);
     let shared = Shared {
         campaign,
         width: options.width,
-        units: &units,
-        next: AtomicUsize::new(0),
-        last_part: AtomicUsize::new(usize::MAX),
+        queue: Mutex::new(Queue::new(&missing, store.identity().part)),
+        steps: AtomicU64::new(report.kept.saturating_mul(campaign.steps())),
     };
     let threads = match options.threads {
         0 => thread::available_parallelism().map_or(1, usize::from),
@@ -110,6 +106,8 @@ pub fn run(
             progress(Progress {
                 done: kept + flown,
                 wanted,
+                steps: shared.steps.load(Ordering::Relaxed),
+                wanted_steps: wanted.saturating_mul(campaign.steps()),
             });
         };
         report.flown = shared.collect(&receiver, store, &missing, stop, &mut told)?;
@@ -117,49 +115,97 @@ pub fn run(
     })
 }
 
-fn units(missing: &[Range<u64>]) -> Vec<Unit> {
-    let mut units = Vec::new();
-    for (part, samples) in missing.iter().enumerate() {
-        let starts = samples.clone().step_by(UNIT as usize);
-        units.extend(starts.map(|start| Unit {
-            part,
-            samples: start..(start + UNIT).min(samples.end),
-        }));
+/// The samples that a thread flies at a time, and the index of their part.
+struct Unit {
+    part: usize,
+    samples: Range<u64>,
+}
+
+/// What is to be flown.
+struct Queue<'a> {
+    parts: &'a [Range<u64>],
+    /// Number of samples of a unit.
+    unit: u64,
+    /// Index of the part of the next unit.
+    part: usize,
+    /// Number of samples of this part that have been taken.
+    taken: u64,
+    /// True if no further parts shall be begun.
+    ending: bool,
+}
+
+impl<'a> Queue<'a> {
+    fn new(parts: &'a [Range<u64>], part: u64) -> Self {
+        Self {
+            parts,
+            // A few registers of lanes; one where samples are dear, so that several threads share a part.
+            unit: (part / 4).clamp(8, 32),
+            part: 0,
+            taken: 0,
+            ending: false,
+        }
     }
-    units
+}
+
+impl Iterator for Queue<'_> {
+    type Item = Unit;
+
+    fn next(&mut self) -> Option<Unit> {
+        if self.ending && self.taken == 0 {
+            return None;
+        }
+        let part = self.part;
+        let Range { start, end } = self.parts.get(part)?.clone();
+        let begun = start + self.taken;
+        let samples = begun..end.min(begun + self.unit);
+        self.taken = samples.end - start;
+        if samples.end == end {
+            (self.part, self.taken) = (part + 1, 0);
+        }
+        Some(Unit { part, samples })
+    }
 }
 
 /// State shared by the threads of a run.
 struct Shared<'a> {
     campaign: &'a Campaign<'a>,
     width: Width,
-    units: &'a [Unit],
-    /// Index of the next unit to fly.
-    next: AtomicUsize,
-    /// Index of the last part to fly.
-    last_part: AtomicUsize,
+    queue: Mutex<Queue<'a>>,
+    /// Number of steps made.
+    steps: AtomicU64,
 }
 
-impl Shared<'_> {
+impl<'a> Shared<'a> {
     /// Flies units until none is left.
     fn work(&self, rows: &SyncSender<(usize, Vec<Row>)>) {
         loop {
-            let next = self.next.fetch_add(1, Ordering::SeqCst);
-            let Some(unit) = self.units.get(next) else {
+            let unit = self.queue().next();
+            let Some(Unit { part, samples }) = unit else {
                 return;
             };
-            if unit.part > self.last_part.load(Ordering::SeqCst) {
-                return;
-            }
-            let flown = self.campaign.fly(unit.samples.clone(), self.width);
+            let left =
+                Cell::new((samples.end - samples.start).saturating_mul(self.campaign.steps()));
+            let count = |steps: u64| {
+                let steps = steps.min(left.get());
+                left.set(left.get() - steps);
+                self.steps.fetch_add(steps, Ordering::Relaxed);
+            };
+            let flown = self.campaign.fly_watched(samples, self.width, &count);
+            // Samples that failed have not made all their steps.
+            count(left.get());
             // The receiver is gone if a part could not be written.
-            if rows.send((unit.part, flown)).is_err() {
+            if rows.send((part, flown)).is_err() {
                 return;
             }
         }
     }
 
-    /// Writes each part when all its samples have been flown, and reports progress after each unit. Returns the number
+    fn queue(&self) -> MutexGuard<'_, Queue<'a>> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Writes each part when all its samples have been flown, and reports progress after each unit and
+    /// in between. Returns the number
     /// of samples written.
     fn collect(
         &self,
@@ -174,13 +220,14 @@ impl Shared<'_> {
         told(flown);
         loop {
             if stop() {
-                let taken = self.next.load(Ordering::SeqCst).min(self.units.len());
-                let last = taken.checked_sub(1).map_or(0, |unit| self.units[unit].part);
-                self.last_part.fetch_min(last, Ordering::SeqCst);
+                self.queue().ending = true;
             }
             let (part, unit) = match rows.recv_timeout(LOOK) {
                 Ok(unit) => unit,
-                Err(RecvTimeoutError::Timeout) => continue,
+                Err(RecvTimeoutError::Timeout) => {
+                    told(flown);
+                    continue;
+                }
                 Err(RecvTimeoutError::Disconnected) => return Ok(written),
             };
             let of_part = begun.entry(part).or_default();

@@ -7,7 +7,7 @@ use serde::ser::{SerializeMap, Serializer};
 use crate::histogram::Histogram;
 use crate::quantiles::{EXACT, RANK_ERROR};
 use crate::statistics::Column;
-use crate::{EnsembleError, Identity, Statistics, Store};
+use crate::{EnsembleError, Identity, Row, Statistics, Store};
 
 /// Statistics of the samples of an ensemble.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -56,45 +56,62 @@ impl Summary {
     /// # Errors
     /// Returns an error if parts cannot be read.
     pub fn of(store: &Store) -> Result<Self, EnsembleError> {
-        let Identity {
-            hash,
-            scene,
-            seed,
-            samples,
-            scheme,
-            ..
-        } = store.identity().clone();
-        let each = store.columns().iter();
-        let mut columns: Vec<_> = each.map(|_| Column::new(samples)).collect();
-        let (mut present, mut complete) = (0, 0);
-        let mut failures = BTreeMap::new();
-        store.for_each(|row| {
-            present += 1;
-            if let Some(failure) = row.failure {
-                *failures.entry(failure.kind.name()).or_default() += 1;
-                return;
-            }
-            complete += 1;
-            for (column, number) in columns.iter_mut().zip(row.numbers) {
-                column.add(number);
-            }
-        })?;
-        let (statistics, histograms): (Vec<_>, _) =
-            columns.into_iter().map(Column::finish).unzip();
-        let names = store.columns().iter().cloned();
-        Ok(Self {
-            scene,
-            identity: hash,
-            seed,
-            integrator: scheme,
-            samples,
-            present,
-            complete,
-            failures,
-            quantile_error: if complete > EXACT { RANK_ERROR } else { 0.0 },
-            columns: names.zip(statistics).collect(),
+        let mut tally = Tally::new(store.identity().samples, store.columns().len());
+        store.for_each(|row| tally.add(row))?;
+        Ok(tally.finish(store.identity(), store.columns()))
+    }
+}
+
+/// What is kept of the samples that have been read.
+struct Tally {
+    present: u64,
+    complete: u64,
+    failures: BTreeMap<&'static str, u64>,
+    columns: Vec<Column>,
+}
+
+impl Tally {
+    fn new(samples: u64, columns: usize) -> Self {
+        Self {
+            present: 0,
+            complete: 0,
+            failures: BTreeMap::new(),
+            columns: (0..columns).map(|_| Column::new(samples)).collect(),
+        }
+    }
+
+    fn add(&mut self, row: Row) {
+        self.present += 1;
+        if let Some(failure) = row.failure {
+            *self.failures.entry(failure.kind.name()).or_default() += 1;
+            return;
+        }
+        self.complete += 1;
+        for (column, number) in self.columns.iter_mut().zip(row.numbers) {
+            column.add(number);
+        }
+    }
+
+    fn finish(self, identity: &Identity, names: &[String]) -> Summary {
+        let columns = self.columns.into_iter().map(Column::finish);
+        let (statistics, histograms): (Vec<_>, _) = columns.unzip();
+        Summary {
+            scene: identity.scene.clone(),
+            identity: identity.hash.clone(),
+            seed: identity.seed,
+            integrator: identity.scheme.clone(),
+            samples: identity.samples,
+            present: self.present,
+            complete: self.complete,
+            failures: self.failures,
+            quantile_error: if self.complete > EXACT {
+                RANK_ERROR
+            } else {
+                0.0
+            },
+            columns: names.iter().cloned().zip(statistics).collect(),
             histograms,
-        })
+        }
     }
 }
 
@@ -120,6 +137,10 @@ impl fmt::Display for Summary {
             // There is nothing to tell statistics of.
             return Ok(());
         }
+        if self.quantile_error > 0.0 {
+            let percent = 100.0 * self.quantile_error;
+            write!(f, "\nranks of quantiles within {percent} % of the samples")?;
+        }
         let width = self.columns.iter().map(|(name, _)| name.len()).max();
         let width = width.unwrap_or(0);
         write!(
@@ -140,5 +161,82 @@ impl fmt::Display for Summary {
             )?;
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use allocation_counter::measure;
+
+    use super::*;
+    use crate::{Failure, FailureKind};
+
+    const COLUMNS: usize = 4;
+
+    fn tally(samples: u64) -> Tally {
+        let mut random = fastrand::Rng::with_seed(5);
+        let mut tally = Tally::new(1_000_000_000, COLUMNS);
+        for index in 0..samples {
+            let failed = random.u8(..) == 0;
+            tally.add(Row {
+                index,
+                steps: 1,
+                failure: failed.then(|| Failure {
+                    kind: FailureKind::Turn,
+                    message: String::new(),
+                }),
+                numbers: (0..COLUMNS).map(|_| random.f64()).collect(),
+            });
+        }
+        tally
+    }
+
+    fn summary(samples: u64) -> Summary {
+        let identity = Identity {
+            hash: String::new(),
+            scene: "scene".into(),
+            seed: 1,
+            samples,
+            scheme: "lgvi".into(),
+            version: "1".into(),
+            part: 1024,
+        };
+        let names = ["a", "b", "c", "d"].map(str::to_owned);
+        tally(samples).finish(&identity, &names)
+    }
+
+    /// Ten times the samples add a few levels of the summaries of quantiles.
+    #[test]
+    fn memory_hardly_depends_on_the_number_of_samples() {
+        let most = |samples| measure(|| drop(tally(samples))).bytes_max / COLUMNS as u64;
+        let [less, more] = [200_000, 2_000_000].map(most);
+        assert!(more < 8 << 20, "{more} bytes a column");
+        assert!(more - less < 4 << 20, "{less} and {more} bytes a column");
+    }
+
+    #[test]
+    fn a_summary_states_the_error_of_its_quantiles() {
+        let exact = summary(60_000);
+        assert_eq!(exact.quantile_error, 0.0);
+        assert!(!exact.to_string().contains("quantiles"));
+        let summary = summary(70_000);
+        assert_eq!(summary.quantile_error, 1e-3);
+        let text = summary.to_string();
+        assert!(text.contains("ranks of quantiles within 0.1 % of the samples"));
+        let failed = summary.failures["turn"];
+        assert_eq!(
+            (summary.present, summary.complete),
+            (70_000, 70_000 - failed)
+        );
+        for (histogram, (_, statistics)) in summary.histograms.iter().zip(&summary.columns) {
+            let counted: u64 = histogram.bars().map(|(_, count)| count).sum();
+            assert_eq!(counted, summary.complete);
+            let levels = [0.05, 0.25, 0.5, 0.75, 0.95];
+            for (quantile, level) in statistics.quantiles.iter().zip(levels) {
+                // The error of the sketch, and four standard deviations of the samples.
+                let error = 1e-3 + 4.0 * (level * (1.0 - level) / 70_000_f64).sqrt();
+                assert!((quantile - level).abs() < error, "{quantile} for {level}");
+            }
+        }
     }
 }

@@ -69,7 +69,7 @@ impl Histogram {
     pub(crate) fn bars(&self) -> impl Iterator<Item = ([f64; 2], u64)> {
         let bars = self.range.map(|(low, high)| {
             let last = number(high, self.exponent) as i64;
-            let edge = move |bar: i64| libm::scalbn(bar as f64, self.exponent).clamp(low, high);
+            let edge = move |bar: i64| scaled(bar as f64, self.exponent).clamp(low, high);
             let bars = (self.first..=last).zip(self.counts);
             bars.map(move |(bar, count)| ([edge(bar), edge(bar + 1)], count))
         });
@@ -79,13 +79,19 @@ impl Histogram {
 
 /// Returns the number of the bar of a value.
 fn number(value: f64, exponent: i32) -> f64 {
-    let bars = libm::scalbn(value, -exponent);
+    let bars = scaled(value, -exponent);
     // A negative quotient may be so small that it is rounded to 0.
     if bars == 0.0 && value < 0.0 {
         -1.0
     } else {
         bars.floor()
     }
+}
+
+/// Returns value · 2ᵉ. The power itself may be no number.
+fn scaled(value: f64, exponent: i32) -> f64 {
+    let half = exponent / 2;
+    value * 2_f64.powi(half) * 2_f64.powi(exponent - half)
 }
 
 fn fits(low: f64, high: f64, exponent: i32) -> bool {

@@ -3,8 +3,6 @@ use std::io::{ErrorKind, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-use bytes::Bytes;
-
 use crate::part::{file_name, range_of};
 use crate::{EnsembleError, temporary};
 
@@ -77,12 +75,6 @@ impl Place {
             entry.file_name().to_str().into_iter().for_each(&mut each);
         }
         Ok(())
-    }
-
-    pub(crate) fn read(&self, range: &Range<u64>) -> Result<Bytes, EnsembleError> {
-        let path = self.path_of(range);
-        let read = std::fs::read(&path).map_err(EnsembleError::io(&path))?;
-        Ok(read.into())
     }
 
     /// Writes a part so that it is complete or absent.

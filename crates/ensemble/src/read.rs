@@ -1,13 +1,13 @@
 //! Reads parts from files.
 
 use std::collections::BTreeMap;
+use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-use bytes::Bytes;
 use parquet::column::reader::get_typed_column_reader;
 use parquet::data_type::{ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 
 use crate::part::{CHECKSUM, FIRST, checksum, entries};
 use crate::place::PartFile;
@@ -17,18 +17,23 @@ use crate::{EnsembleError, Identity, Row};
 /// An open part.
 pub(crate) struct Part<'a> {
     file: PartFile<'a>,
-    reader: SerializedFileReader<Bytes>,
+    reader: Box<dyn FileReader>,
     metadata: BTreeMap<String, String>,
     columns: Vec<String>,
 }
 
 impl<'a> Part<'a> {
     pub(crate) fn open(file: &PartFile<'a>) -> Result<Self, EnsembleError> {
-        Self::read(file, file.place.read(&file.range)?)
+        let path = file.path();
+        let opened = File::open(&path).map_err(EnsembleError::io(&path))?;
+        Self::read(file, opened)
     }
 
-    pub(crate) fn read(file: &PartFile<'a>, contents: Bytes) -> Result<Self, EnsembleError> {
-        let length = contents.len() as u64;
+    fn read<C: ChunkReader + Length + 'static>(
+        file: &PartFile<'a>,
+        contents: C,
+    ) -> Result<Self, EnsembleError> {
+        let length = contents.len();
         let reader = caught(|| SerializedFileReader::new(contents));
         let reader = reader.map_err(|error| file.damaged(error))?;
         let about = reader.metadata().file_metadata();
@@ -65,7 +70,7 @@ impl<'a> Part<'a> {
         columns.drain(..FIRST.len());
         Ok(Self {
             file: file.clone(),
-            reader,
+            reader: Box::new(reader),
             metadata,
             columns,
         })

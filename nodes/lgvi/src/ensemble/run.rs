@@ -144,11 +144,12 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         threads: options.threads,
         width: options.lanes.into(),
     };
-    let bar = bars::bar("flying", 0, "samples");
+    let bar = bars::told("flying", 0);
     let told = Cell::new(false);
     let mut show = |now: ensemble::Progress| {
-        bar.set_length(now.wanted);
-        bar.set_position(now.done);
+        bar.set_length(now.wanted_steps);
+        bar.set_position(now.steps);
+        bar.set_message(format!("{}/{} samples", now.done, now.wanted));
     };
     let stop = || {
         let stop = shutdown.requested();

@@ -88,6 +88,14 @@ pub enum EnsembleError {
         /// The directory.
         path: PathBuf,
     },
+    /// The path or URL of a place names none.
+    #[error("{place}: {reason}")]
+    Place {
+        /// The path or URL.
+        place: String,
+        /// The reason.
+        reason: String,
+    },
     /// A file in place of a directory.
     #[error("{}: no directory", path.display())]
     NotDirectory {
@@ -119,6 +127,13 @@ impl EnsembleError {
     pub(crate) fn damaged(path: &Path, reason: impl ToString) -> Self {
         Self::Damaged {
             path: path.into(),
+            reason: reason.to_string(),
+        }
+    }
+
+    pub(crate) fn place(place: &str, reason: impl ToString) -> Self {
+        Self::Place {
+            place: place.into(),
             reason: reason.to_string(),
         }
     }

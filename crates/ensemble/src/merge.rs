@@ -2,7 +2,7 @@ use std::io::ErrorKind;
 use std::path::Path;
 
 use crate::part::parts;
-use crate::read::Part;
+use crate::place::each_open;
 use crate::store::{check_apart, gaps};
 use crate::{EnsembleError, Place, Row, Store, temporary};
 
@@ -46,7 +46,7 @@ pub fn merge(
     let first = all.first().ok_or_else(|| EnsembleError::Nothing {
         path: output.into(),
     })?;
-    let part = Part::open(first)?;
+    let part = first.open()?;
     let identity = part.identity()?;
     check_apart(&all)?;
     let gaps = gaps(&(0..identity.samples), &all);
@@ -66,14 +66,14 @@ pub fn merge(
     let temporary = temporary::directory(parent).map_err(EnsembleError::io(parent))?;
     let store = Store::create(temporary.path(), &identity, part.columns())?;
     let mut waiting: Vec<Row> = Vec::new();
-    for file in &all {
+    for (file, opened) in all.iter().zip(each_open(&all)) {
         if waiting
             .last()
             .is_some_and(|row| row.index + 1 != file.range.start)
         {
             write(&store, &mut waiting, true)?;
         }
-        waiting.extend(store.rows(&Part::open(file)?)?);
+        waiting.extend(store.rows(&opened?)?);
         write(&store, &mut waiting, false)?;
     }
     write(&store, &mut waiting, true)?;

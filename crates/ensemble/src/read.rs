@@ -1,7 +1,6 @@
 //! Reads parts from files.
 
 use std::collections::BTreeMap;
-use std::fs::File;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use parquet::column::reader::get_typed_column_reader;
@@ -23,13 +22,7 @@ pub(crate) struct Part<'a> {
 }
 
 impl<'a> Part<'a> {
-    pub(crate) fn open(file: &PartFile<'a>) -> Result<Self, EnsembleError> {
-        let path = file.path();
-        let opened = File::open(&path).map_err(EnsembleError::io(&path))?;
-        Self::read(file, opened)
-    }
-
-    fn read<C: ChunkReader + Length + 'static>(
+    pub(crate) fn read<C: ChunkReader + Length + 'static>(
         file: &PartFile<'a>,
         contents: C,
     ) -> Result<Self, EnsembleError> {

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use crate::part::{self, parts};
-use crate::place::PartFile;
+use crate::place::{PartFile, each_open};
 use crate::read::Part;
 use crate::{EnsembleError, Identity, Place, Row};
 
@@ -42,7 +42,7 @@ impl Store {
         let first = parts
             .first()
             .ok_or_else(|| EnsembleError::Nothing { path: place.path() })?;
-        let part = Part::open(first)?;
+        let part = first.open()?;
         let (identity, columns) = (part.identity()?, part.columns().to_vec());
         Ok(Self {
             place,
@@ -66,7 +66,8 @@ impl Store {
         &self.columns
     }
 
-    /// Returns the parts of `range` that are missing. Reads the parts that have samples of the range, and one of the others.
+    /// Returns the parts of `range` that are missing. Reads the first of the parts, and in a directory those that have samples
+    /// of the range. Parts in an object store are complete, and the summary reads them.
     ///
     /// # Errors
     /// Returns an error if one of these parts is damaged, incomplete or of another ensemble, or if parts overlap.
@@ -74,15 +75,17 @@ impl Store {
         let present = self.place.parts()?;
         check_apart(&present)?;
         if let Some(first) = present.first() {
-            self.check(&Part::open(first)?)?;
+            self.check(&first.open()?)?;
         }
         let mut missing = Vec::new();
         for part in parts(range, self.identity.part) {
             let first = present.partition_point(|file| file.range.end <= part.start);
             let end = present.partition_point(|file| file.range.start < part.end);
             let met = &present[first..end];
-            for file in met {
-                self.rows(&Part::open(file)?)?;
+            if self.place.is_directory() {
+                for file in met {
+                    self.rows(&file.open()?)?;
+                }
             }
             match (met.first(), gaps(&part, met).into_iter().next()) {
                 (Some(file), Some(missing)) => {
@@ -104,10 +107,10 @@ impl Store {
         let range = first.index..last.index + 1;
         let encoded = part::encode(&self.identity, &self.columns, rows);
         let encoded = encoded.map_err(|error| EnsembleError::Io {
-            path: self.place.path_of(&range),
+            path: self.place.path(),
             source: std::io::Error::other(error),
         })?;
-        self.place.write_part(&range, &encoded)
+        self.place.write_part(&range, encoded)
     }
 
     /// Passes each sample to `each`, in the order of the indices.
@@ -117,10 +120,8 @@ impl Store {
     pub fn for_each(&self, mut each: impl FnMut(Row)) -> Result<(), EnsembleError> {
         let parts = self.place.parts()?;
         check_apart(&parts)?;
-        for part in &parts {
-            self.rows(&Part::open(part)?)?
-                .into_iter()
-                .for_each(&mut each);
+        for part in each_open(&parts) {
+            self.rows(&part?)?.into_iter().for_each(&mut each);
         }
         Ok(())
     }

@@ -5,7 +5,7 @@ bench := "--manifest-path crates/bench/Cargo.toml"
 python := "--manifest-path python/Cargo.toml"
 
 # All that is optional is checked too.
-all := "--features lgvi_tests/zenoh,lgvi_tests/security"
+all := "--features lgvi_tests/zenoh,lgvi_tests/security,lgvi_tests/object-store,lgvi/object-store"
 
 default:
     @just --list
@@ -63,6 +63,7 @@ book-env:
 # No warning of the compiler or of clippy; without optional features it compiles, too.
 lint:
     cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
+    cargo clippy -p lgvi_objects --locked {{all}} -- -D warnings
     cargo clippy {{bench}} --workspace --all-targets --locked --features lgvi_bench/security -- -D warnings
     cargo clippy {{python}} --all-targets --locked --features shared -- -D warnings
     cargo check --locked

@@ -19,6 +19,7 @@ mod part;
 mod picture;
 mod place;
 mod quantiles;
+mod queue;
 mod read;
 mod row;
 mod run;

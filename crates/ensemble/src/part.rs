@@ -16,8 +16,8 @@ use crate::{Identity, Row};
 const LARGEST: u64 = 1024;
 const SMALLEST: u64 = 32;
 
-/// Maximum number of steps of all bodies in a part, except for the smallest parts: some minutes of computing on one
-/// core.
+/// Maximum number of steps of all bodies in a part, except for the smallest parts: a measure of time that does not depend on
+/// the clock. One core takes seconds for them in lanes, and minutes where steps are dear.
 const STEPS: u64 = 1 << 26;
 
 /// Returns the number of samples in a part if a flight has this number of steps of all bodies. Parts begin and end at

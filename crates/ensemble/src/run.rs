@@ -1,5 +1,4 @@
 use std::cell::Cell;
-use std::collections::BTreeMap;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -9,6 +8,7 @@ use std::time::Duration;
 
 use lgvi_dynamics::lanes::Width;
 
+use crate::queue::{Queue, Unit};
 use crate::{Campaign, EnsembleError, Row, Store};
 
 /// Options of a run. They do not affect the results.
@@ -86,6 +86,7 @@ pub fn run(
     };
     let shared = Shared {
         campaign,
+        store,
         width: options.width,
         queue: Mutex::new(Queue::new(&missing, store.identity().part)),
         steps: AtomicU64::new(report.kept.saturating_mul(campaign.steps())),
@@ -110,137 +111,96 @@ pub fn run(
                 wanted_steps: wanted.saturating_mul(campaign.steps()),
             });
         };
-        report.flown = shared.collect(&receiver, store, &missing, stop, &mut told)?;
+        report.flown = shared.watch(&receiver, stop, &mut told)?;
         Ok(report)
     })
-}
-
-/// The samples that a thread flies at a time, and the index of their part.
-struct Unit {
-    part: usize,
-    samples: Range<u64>,
-}
-
-/// What is to be flown.
-struct Queue<'a> {
-    parts: &'a [Range<u64>],
-    /// Number of samples of a unit.
-    unit: u64,
-    /// Index of the part of the next unit.
-    part: usize,
-    /// Number of samples of this part that have been taken.
-    taken: u64,
-    /// True if no further parts shall be begun.
-    ending: bool,
-}
-
-impl<'a> Queue<'a> {
-    fn new(parts: &'a [Range<u64>], part: u64) -> Self {
-        Self {
-            parts,
-            // A few registers of lanes; one where samples are dear, so that several threads share a part.
-            unit: (part / 4).clamp(8, 32),
-            part: 0,
-            taken: 0,
-            ending: false,
-        }
-    }
-}
-
-impl Iterator for Queue<'_> {
-    type Item = Unit;
-
-    fn next(&mut self) -> Option<Unit> {
-        if self.ending && self.taken == 0 {
-            return None;
-        }
-        let part = self.part;
-        let Range { start, end } = self.parts.get(part)?.clone();
-        let begun = start + self.taken;
-        let samples = begun..end.min(begun + self.unit);
-        self.taken = samples.end - start;
-        if samples.end == end {
-            (self.part, self.taken) = (part + 1, 0);
-        }
-        Some(Unit { part, samples })
-    }
 }
 
 /// State shared by the threads of a run.
 struct Shared<'a> {
     campaign: &'a Campaign<'a>,
+    store: &'a Store,
     width: Width,
     queue: Mutex<Queue<'a>>,
     /// Number of steps made.
     steps: AtomicU64,
 }
 
+/// Numbers of samples that a thread has flown and written since it last told of them.
+#[derive(Default)]
+struct Done {
+    flown: u64,
+    written: u64,
+}
+
 impl<'a> Shared<'a> {
-    /// Flies units until none is left.
-    fn work(&self, rows: &SyncSender<(usize, Vec<Row>)>) {
-        loop {
-            let unit = self.queue().next();
-            let Some(Unit { part, samples }) = unit else {
-                return;
-            };
-            let left =
-                Cell::new((samples.end - samples.start).saturating_mul(self.campaign.steps()));
-            let count = |steps: u64| {
-                let steps = steps.min(left.get());
-                left.set(left.get() - steps);
-                self.steps.fetch_add(steps, Ordering::Relaxed);
-            };
-            let flown = self.campaign.fly_watched(samples, self.width, &count);
-            // Samples that failed have not made all their steps.
-            count(left.get());
-            // The receiver is gone if a part could not be written.
-            if rows.send((part, flown)).is_err() {
+    /// Flies units until none is left, and writes the parts that become complete.
+    fn work(&self, done: &SyncSender<Result<Done, EnsembleError>>) {
+        // A statement of its own, so that the queue is free while the unit is flown.
+        let take = || self.queue().take();
+        while let Some(unit) = take() {
+            let worked = self.work_on(unit);
+            // The receiver is gone if another part could not be written.
+            if done.send(worked).is_err() {
                 return;
             }
         }
+    }
+
+    fn work_on(&self, unit: Unit) -> Result<Done, EnsembleError> {
+        let flown = unit.samples.end - unit.samples.start;
+        let rows = self.fly(unit.samples);
+        let whole = self.queue().add(unit.part, rows);
+        let written = match whole {
+            Some(rows) => {
+                self.store.write(&rows)?;
+                rows.len() as u64
+            }
+            None => 0,
+        };
+        Ok(Done { flown, written })
+    }
+
+    fn fly(&self, samples: Range<u64>) -> Vec<Row> {
+        let all = (samples.end - samples.start).saturating_mul(self.campaign.steps());
+        let left = Cell::new(all);
+        let count = |steps: u64| {
+            let steps = steps.min(left.get());
+            left.set(left.get() - steps);
+            self.steps.fetch_add(steps, Ordering::Relaxed);
+        };
+        let rows = self.campaign.fly_watched(samples, self.width, &count);
+        // Samples that failed have not made all their steps.
+        count(left.get());
+        rows
     }
 
     fn queue(&self) -> MutexGuard<'_, Queue<'a>> {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Writes each part when all its samples have been flown, and reports progress after each unit and
-    /// in between. Returns the number
-    /// of samples written.
-    fn collect(
+    /// Reports progress until all threads are done, and ends the queue when `stop` returns true. Returns the number of samples
+    /// written.
+    fn watch(
         &self,
-        rows: &Receiver<(usize, Vec<Row>)>,
-        store: &Store,
-        parts: &[Range<u64>],
+        done: &Receiver<Result<Done, EnsembleError>>,
         stop: &dyn Fn() -> bool,
         told: &mut dyn FnMut(u64),
     ) -> Result<u64, EnsembleError> {
-        let mut begun: BTreeMap<usize, Vec<Row>> = BTreeMap::new();
-        let (mut flown, mut written) = (0, 0);
-        told(flown);
+        let mut all = Done::default();
         loop {
+            told(all.flown);
             if stop() {
-                self.queue().ending = true;
+                self.queue().end();
             }
-            let (part, unit) = match rows.recv_timeout(LOOK) {
-                Ok(unit) => unit,
-                Err(RecvTimeoutError::Timeout) => {
-                    told(flown);
-                    continue;
+            match done.recv_timeout(LOOK) {
+                Ok(done) => {
+                    let Done { flown, written } = done?;
+                    all.flown += flown;
+                    all.written += written;
                 }
-                Err(RecvTimeoutError::Disconnected) => return Ok(written),
-            };
-            let of_part = begun.entry(part).or_default();
-            flown += unit.len() as u64;
-            told(flown);
-            of_part.extend(unit);
-            let wanted = parts[part].end - parts[part].start;
-            if of_part.len() as u64 == wanted
-                && let Some(mut rows) = begun.remove(&part)
-            {
-                rows.sort_by_key(|row| row.index);
-                store.write(&rows)?;
-                written += wanted;
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(all.written),
             }
         }
     }

@@ -2,6 +2,7 @@
 //!
 //! Credentials and endpoints come from the environment, as `object_store` names them: `AWS_…`, `GOOGLE_…` and `AZURE_…`.
 
+use std::error::Error;
 use std::fmt;
 use std::io;
 use std::path::PathBuf;
@@ -40,7 +41,7 @@ impl fmt::Debug for Folder {
 }
 
 /// Prefixes of the environment's variables for stores.
-const VARIABLES: [&str; 3] = ["AWS_", "AZURE_", "GOOGLE_"];
+const PREFIXES: [&str; 3] = ["AWS_", "AZURE_", "GOOGLE_"];
 
 impl Target {
     /// Opens `s3://bucket/…`, `gs://bucket/…`, `az://container/…` or `file:///…`. Nothing is sent yet.
@@ -60,7 +61,8 @@ impl Target {
             | ObjectStoreScheme::MicrosoftAzure => Folder::open(&url).map(Self::Folder),
             ObjectStoreScheme::Local => {
                 let path = url.to_file_path();
-                path.map(Self::Directory).map_err(|()| io::Error::other(expected))
+                path.map(Self::Directory)
+                    .map_err(|()| io::Error::other(expected))
             }
             _ => Err(io::Error::other(expected)),
         }
@@ -71,12 +73,8 @@ impl Folder {
     fn open(url: &Url) -> io::Result<Self> {
         // It is installed already if this is not the first folder.
         let _ = rustls::crypto::ring::default_provider().install_default();
-        let variables = std::env::vars_os().filter_map(|(name, value)| {
-            let (name, value) = (name.into_string().ok()?, value.into_string().ok()?);
-            let begins = |prefix: &&str| name.starts_with(prefix);
-            VARIABLES.iter().any(|prefix| begins(&prefix)).then_some((name, value))
-        });
-        let (store, path) = parse_url_opts(url, variables)?;
+        let variables = variables()?;
+        let (store, path) = parse_url_opts(url, variables).map_err(told)?;
         let runtime = Builder::new_multi_thread()
             .worker_threads(1)
             .enable_all()
@@ -107,7 +105,7 @@ impl Folder {
             }
             std::future::ready(Ok(()))
         });
-        Ok(self.runtime.block_on(listed)?)
+        self.runtime.block_on(listed).map_err(told)
     }
 
     /// Puts an object by one request, in place of any of this name.
@@ -116,8 +114,8 @@ impl Folder {
     /// Returns an error if the store does not take it.
     pub fn put(&self, name: &str, contents: Vec<u8>) -> io::Result<()> {
         let path = self.path.clone().join(name);
-        self.runtime.block_on(self.store.put(&path, contents.into()))?;
-        Ok(())
+        let put = self.store.put(&path, contents.into());
+        self.runtime.block_on(put).map(drop).map_err(told)
     }
 
     /// Begins to get an object.
@@ -125,9 +123,34 @@ impl Folder {
         let (store, path) = (Arc::clone(&self.store), self.path.clone().join(name));
         Requested {
             runtime: Arc::clone(&self.runtime),
-            contents: self.runtime.spawn(async move { store.get(&path).await?.bytes().await }),
+            contents: self
+                .runtime
+                .spawn(async move { store.get(&path).await?.bytes().await }),
         }
     }
+}
+
+/// Returns the environment's variables for stores.
+fn variables() -> io::Result<Vec<(String, String)>> {
+    let mut variables = Vec::new();
+    for (name, value) in std::env::vars_os() {
+        let (Ok(name), Ok(mut value)) = (name.into_string(), value.into_string()) else {
+            continue;
+        };
+        if !PREFIXES.iter().any(|prefix| name.starts_with(prefix)) {
+            continue;
+        }
+        // `object_store` panics at endpoints that are no URLs.
+        if name.contains("ENDPOINT") {
+            let url = Url::parse(&value).ok().filter(Url::has_host);
+            let url = url.ok_or_else(|| {
+                io::Error::other(format!("{name} is {value:?}, expected a URL with a host"))
+            })?;
+            value = url.as_str().trim_end_matches('/').into();
+        }
+        variables.push((name, value));
+    }
+    Ok(variables)
 }
 
 /// An object that is under way.
@@ -142,6 +165,20 @@ impl Requested {
     /// # Errors
     /// Returns an error if the store has no such object or cannot be asked.
     pub fn wait(self) -> io::Result<Bytes> {
-        Ok(self.runtime.block_on(self.contents)??)
+        self.runtime.block_on(self.contents)?.map_err(told)
     }
+}
+
+/// Returns the error with all its causes, of which it tells the first.
+fn told(error: object_store::Error) -> io::Error {
+    let mut text = error.to_string();
+    let mut cause = error.source();
+    while let Some(deeper) = cause {
+        let further = deeper.to_string();
+        if !text.contains(&further) {
+            text = format!("{text}: {further}");
+        }
+        cause = deeper.source();
+    }
+    io::Error::new(io::Error::from(error).kind(), text)
 }

@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import urllib.request
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
@@ -150,7 +151,10 @@ def bucket() -> Iterator[tuple[str, dict[str, Any]]]:
     server.start()
     try:
         host, port = server.get_host_and_port()
-        options = {"key": "key", "secret": "secret", "endpoint_url": f"http://{host}:{port}"}
+        url = f"http://{host}:{port}"
+        # The servers of a process share their objects.
+        urllib.request.urlopen(f"{url}/moto-api/reset", data=b"").close()
+        options = {"key": "key", "secret": "secret", "endpoint_url": url}
         s3fs.S3FileSystem(**options).mkdir("flights")
         yield "s3://flights/capture", options
     finally:

@@ -131,7 +131,7 @@ fn runs_killed_at_random_moments_come_to_the_bytes_of_a_whole_one() {
         running.finish();
         kills += 1;
     }
-    assert!(kills >= 1, "it was killed on the way");
+    assert!(kills > 0, "it was killed on the way");
     let url = "s3://flights/capture";
     let again = start(&world, &scene, url, &[]).finish().expect(0);
     assert!(again.stdout.contains("7500 samples were there already"));

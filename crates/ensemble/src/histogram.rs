@@ -7,7 +7,7 @@ const MOST: f64 = (1_u64 << 53) as f64;
 /// Exact counts of values whose range is not known beforehand.
 ///
 /// The bars are 2ᵉ wide and begin at its multiples, with the least `e` that needs at most [`BARS`] bars. A wider range
-/// joins neighbouring bars. The counts do not depend on the order of the values.
+/// joins neighboring bars. The counts do not depend on the order of the values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Histogram {
     range: Option<(f64, f64)>,

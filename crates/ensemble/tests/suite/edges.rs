@@ -57,11 +57,11 @@ fn of(text: &[&str]) -> Scene {
     Scene::parse("edges", &text.concat()).unwrap()
 }
 
-fn campaign(scene: &Scene, guidance: Guidance) -> Campaign<'_> {
+pub(crate) fn campaign(scene: &Scene, guidance: Guidance) -> Campaign<'_> {
     Campaign::new(scene, Settings::default(), guidance).unwrap()
 }
 
-const OPTIONS: Options = Options {
+pub(crate) const OPTIONS: Options = Options {
     range: None,
     threads: 1,
     width: Width::Eight,
@@ -184,7 +184,7 @@ fn falling(more: &str) -> Scene {
     Scene::parse("edges", &text).unwrap()
 }
 
-fn of_text(more: &str) -> String {
+pub(crate) fn of_text(more: &str) -> String {
     let run = RUN.replace("[0.0, 0.0, 0.0]", "[0.1, 2.0, 0.3]");
     [&run, AT_REST, UNIFORM, ENSEMBLE, "attitude = 0.1", more].concat()
 }
@@ -346,60 +346,4 @@ fn dear_samples_are_kept_in_small_parts() {
     assert_eq!(told.first(), Some(&(0, 0)));
     assert_eq!(told.last(), Some(&(40, 40 * campaign.steps())));
     assert!(told.iter().any(|(done, _)| *done == 32), "{told:?}");
-}
-
-/// A single sample tells of its steps, in lanes and by a simulation, whether it fails or not.
-#[test]
-fn long_samples_tell_of_their_steps() {
-    for (more, fails) in [("", false), ("subdivide = 1\n", false), ("", true)] {
-        let mut text = of_text("").replace("steps = 50\n", &format!("steps = 2000000\n{more}"));
-        text = text.replace("samples = 40", "samples = 1");
-        if fails {
-            text = text.replace(
-                "angular_velocity = [0.1, 2.0, 0.3]",
-                "angular_velocity = [1e7, 2e7, 0.3]",
-            );
-        }
-        let scene = Scene::parse("edges", &text).unwrap();
-        let campaign = campaign(&scene, Guidance::None);
-        let lanes = campaign.flown_by() == &FlownBy::Lanes;
-        assert_eq!(lanes, more.is_empty());
-        let temporary = TempDir::new().unwrap();
-        let store =
-            Store::create(temporary.path(), campaign.identity(), campaign.columns()).unwrap();
-        let mut told = Vec::new();
-        run(&campaign, &store, &OPTIONS, &|| false, &mut |now| {
-            assert_eq!((now.wanted, now.wanted_steps), (1, 2_000_000));
-            told.push((now.done, now.steps));
-        })
-        .unwrap();
-        let mut failed = false;
-        store
-            .for_each(|row| failed = row.failure.is_some())
-            .unwrap();
-        assert_eq!(failed, fails);
-        assert!(told.is_sorted(), "{told:?}");
-        assert_eq!(told.last(), Some(&(1, 2_000_000)));
-        let between = |(done, steps): &(u64, u64)| *done == 0 && *steps > 0;
-        assert!(fails || told.iter().any(between), "{told:?}");
-    }
-}
-
-/// Names have ten digits, so that they are in the order of the samples up to the largest ensemble.
-#[test]
-fn the_last_of_ten_thousand_million_samples_are_flown() {
-    let text = of_text("").replace("samples = 40", "samples = 9999999999");
-    let scene = Scene::parse("edges", &text).unwrap();
-    let campaign = campaign(&scene, Guidance::None);
-    let temporary = TempDir::new().unwrap();
-    let store = Store::create(temporary.path(), campaign.identity(), campaign.columns()).unwrap();
-    let range = Some(9_999_999_990..9_999_999_999);
-    let options = Options { range, ..OPTIONS };
-    let report = run(&campaign, &store, &options, &|| false, &mut |_| ()).unwrap();
-    assert_eq!(report.flown, 9);
-    let name = "samples_9999999990_9999999999.parquet";
-    assert!(temporary.path().join(name).exists());
-    let summary = Summary::of(&store).unwrap();
-    assert_eq!((summary.samples, summary.present), (9_999_999_999, 9));
-    assert!(Scene::parse("edges", &text.replace("9999999999", "10000000000")).is_err());
 }

@@ -1,11 +1,12 @@
 # Recipes of the project; `just ci` is what continuous integration runs.
 
-# The benchmarks are a workspace of their own, and so is the Python package.
+# The benchmarks are a workspace of their own, and so are object stores and the Python package.
 bench := "--manifest-path crates/bench/Cargo.toml"
+objects := "--manifest-path crates/objects/Cargo.toml"
 python := "--manifest-path python/Cargo.toml"
 
 # All that is optional is checked too.
-all := "--features lgvi_tests/zenoh,lgvi_tests/security"
+all := "--features lgvi_tests/zenoh,lgvi_tests/security,lgvi_tests/object-store,lgvi/object-store"
 
 default:
     @just --list
@@ -63,6 +64,7 @@ book-env:
 # No warning of the compiler or of clippy; without optional features it compiles, too.
 lint:
     cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
+    cargo clippy {{objects}} --all-targets --locked -- -D warnings
     cargo clippy {{bench}} --workspace --all-targets --locked --features lgvi_bench/security -- -D warnings
     cargo clippy {{python}} --all-targets --locked --features shared -- -D warnings
     cargo check --locked

@@ -7,7 +7,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import urllib.request
+from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
@@ -103,34 +104,42 @@ def test_processes_fly_parts(scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Pat
             distributed.run(scene, SAMPLES, path=tmp_path, engine=executor, part=PART)
 
 
-def test_dask_flies_the_parts_of_a_killed_worker_again(
-    scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Path
-) -> None:
+def fly_and_kill(scene: lgvi.Scene, directory: Path, path: str, options: dict[str, Any], count: Callable[[], int]) -> None:
+    """Fly on two workers of Dask, one of which is killed after the first part; `count` tells how many parts there are."""
     dask = pytest.importorskip("distributed")
     cluster = dask.LocalCluster(
         n_workers=2,
         threads_per_worker=1,
         host="127.0.0.1",
         dashboard_address="127.0.0.1:0",
-        local_directory=tmp_path / "dask",
+        local_directory=directory,
     )
     with cluster, dask.Client(cluster) as client:
-        there: list[Path] = []
+        there: list[int] = []
         victim = min(client.run(os.getpid).values())
         assert victim != os.getpid()
 
         def kill(fraction: float) -> None:
             if fraction == 1 / PARTS:
                 os.kill(victim, signal.SIGKILL)
-                there.extend((tmp_path / "dask_parts").glob("samples_*"))
+                there.append(count())
 
-        report = distributed.run(scene, SAMPLES, path=tmp_path / "dask_parts", engine=client, part=PART, progress=kill)
+        report = distributed.run(
+            scene, SAMPLES, path=path, engine=client, part=PART, storage_options=options, progress=kill
+        )
         assert report.flown + report.kept == PARTS
-        assert 0 < len(there) < PARTS, "the worker died in the middle"
+        assert 0 < there[0] < PARTS, "the worker died in the middle"
         assert victim not in client.run(os.getpid).values()
-    check(pq.read_table(tmp_path / "dask_parts"), whole)
+
+
+def test_dask_flies_the_parts_of_a_killed_worker_again(
+    scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Path
+) -> None:
+    parts = tmp_path / "dask_parts"
+    fly_and_kill(scene, tmp_path / "dask", str(parts), {}, lambda: len(list(parts.glob("samples_*"))))
+    check(pq.read_table(parts), whole)
     distributed.run(scene, SAMPLES, path=tmp_path / "parts", part=PART)
-    assert contents(tmp_path / "dask_parts") == contents(tmp_path / "parts")
+    assert contents(parts) == contents(tmp_path / "parts")
 
 
 @pytest.fixture
@@ -142,7 +151,10 @@ def bucket() -> Iterator[tuple[str, dict[str, Any]]]:
     server.start()
     try:
         host, port = server.get_host_and_port()
-        options = {"key": "key", "secret": "secret", "endpoint_url": f"http://{host}:{port}"}
+        url = f"http://{host}:{port}"
+        # The servers of a process share their objects.
+        urllib.request.urlopen(f"{url}/moto-api/reset", data=b"").close()
+        options = {"key": "key", "secret": "secret", "endpoint_url": url}
         s3fs.S3FileSystem(**options).mkdir("flights")
         yield "s3://flights/capture", options
     finally:
@@ -165,6 +177,26 @@ def test_an_object_store_has_each_part_by_one_put(
     # The tag of an upload in several parts has their number after a dash.
     assert all("-" not in entry["ETag"] for entry in objects)
     check(pq.read_table("flights/capture", filesystem=system), whole)
+
+
+def test_an_object_store_has_the_bytes_of_a_directory_when_a_worker_was_killed(
+    scene: lgvi.Scene, whole: lgvi.Table, bucket: tuple[str, dict[str, Any]], tmp_path: Path
+) -> None:
+    import s3fs
+
+    path, options = bucket
+    system = s3fs.S3FileSystem(**options)
+
+    def names() -> list[str]:
+        system.invalidate_cache()
+        found: list[str] = system.glob(f"{path}/samples_*")
+        return found
+
+    fly_and_kill(scene, tmp_path / "dask", path, options, lambda: len(names()))
+    check(pq.read_table("flights/capture", filesystem=system), whole)
+    distributed.run(scene, SAMPLES, path=tmp_path / "parts", part=PART)
+    objects = {name.rpartition("/")[2]: system.cat_file(name) for name in names()}
+    assert objects == contents(tmp_path / "parts")
 
 
 def test_parts_of_other_ensembles_are_refused(scene: lgvi.Scene, tmp_path: Path) -> None:

@@ -9,6 +9,8 @@ use std::time::SystemTime;
 
 /// Of the programs, as of the tests.
 const FEATURES: &[&str] = &[
+    #[cfg(feature = "object-store")]
+    "lgvi/object-store",
     #[cfg(feature = "security")]
     "lgvi_middleware/security",
     #[cfg(feature = "zenoh")]

@@ -35,6 +35,8 @@ mod layouts;
 mod laziness;
 mod lifecycle;
 mod names;
+#[cfg(feature = "object-store")]
+mod object_stores;
 mod one_flight;
 mod outsider;
 mod pace;

@@ -42,8 +42,11 @@ pub enum FlownBy {
     },
 }
 
-/// Largest number of samples of an ensemble: a [`Summary`](crate::Summary) holds all their numbers in memory at once.
-const MOST_SAMPLES: u64 = 10_000_000;
+/// Largest number of samples of an ensemble: the names of parts have ten digits for it.
+const MOST_SAMPLES: u64 = 9_999_999_999;
+
+/// Steps after which a simulation is told of.
+const BLOCK: u64 = 256;
 
 impl<'a> Campaign<'a> {
     /// Creates the campaign of a scene with an ensemble, whose maneuver is controlled by `guidance`.
@@ -125,13 +128,23 @@ impl<'a> Campaign<'a> {
     /// Flies the samples with these indices. The width sets how many fly side by side and does not affect their
     /// results.
     pub fn fly(&self, indices: Range<u64>, width: Width) -> Vec<Row> {
+        self.fly_watched(indices, width, &|_| ())
+    }
+
+    /// Flies like [`fly`](Self::fly), and passes the number of steps since the last call to `flown` every few hundred steps.
+    pub(crate) fn fly_watched(
+        &self,
+        indices: Range<u64>,
+        width: Width,
+        flown: &dyn Fn(u64),
+    ) -> Vec<Row> {
         let mut rows = Vec::new();
-        let (mut flown, mut members) = (Vec::new(), Vec::new());
+        let (mut begun, mut members) = (Vec::new(), Vec::new());
         for index in indices {
             let sample = self.ensemble.sample(index);
             match self.member(&sample) {
                 Ok(member) => {
-                    flown.push((index, sample));
+                    begun.push((index, sample));
                     members.push(member);
                 }
                 Err(failure) => {
@@ -139,8 +152,8 @@ impl<'a> Campaign<'a> {
                 }
             }
         }
-        let outcomes = self.outcomes(&members, width);
-        for (((index, sample), member), outcome) in flown.iter().zip(&members).zip(outcomes) {
+        let outcomes = self.outcomes(&members, width, flown);
+        for (((index, sample), member), outcome) in begun.iter().zip(&members).zip(outcomes) {
             let ends = outcome.map(|outcome| Ends { member, outcome });
             rows.push(self.columns.row(self.scene, *index, sample, ends));
         }
@@ -166,7 +179,12 @@ impl<'a> Campaign<'a> {
         })
     }
 
-    fn outcomes(&self, members: &[Member], width: Width) -> Vec<Result<Outcome, Failure>> {
+    fn outcomes(
+        &self,
+        members: &[Member],
+        width: Width,
+        flown: &dyn Fn(u64),
+    ) -> Vec<Result<Outcome, Failure>> {
         if self.flown_by == FlownBy::Lanes {
             let loads = match &self.guidance {
                 Guidance::OpenLoop(loads) => loads.as_slice(),
@@ -183,16 +201,18 @@ impl<'a> Campaign<'a> {
                     loads,
                 }),
             };
-            if let Ok(outcomes) = lanes::fly(&flight, members, width, Instructions::Newest) {
+            let newest = Instructions::Newest;
+            if let Ok(outcomes) = lanes::fly_watched(&flight, members, width, newest, flown) {
                 return outcomes.into_iter().map(Ok).collect();
             }
         }
         // Lanes could not fly all members. Falling back to simulations does not change the numbers of the others.
-        members.iter().map(|member| self.alone(member)).collect()
+        let members = members.iter();
+        members.map(|member| self.alone(member, flown)).collect()
     }
 
     /// Flies one sample by itself.
-    fn alone(&self, member: &Member) -> Result<Outcome, Failure> {
+    fn alone(&self, member: &Member, flown: &dyn Fn(u64)) -> Result<Outcome, Failure> {
         let (bodies, states) = (member.system.bodies().to_vec(), member.states.clone());
         let mut simulation = self.scene.simulation_of(bodies, states, self.scheme)?;
         let actuators = ActuatorErrors {
@@ -212,6 +232,9 @@ impl<'a> Campaign<'a> {
                     steps: step,
                     failure: Some(error),
                 });
+            }
+            if step % BLOCK == BLOCK - 1 {
+                flown(BLOCK);
             }
         }
         Ok(Outcome {

@@ -13,7 +13,7 @@ pub enum EnsembleError {
     #[error("the scene has no `ensemble` table, expected one with `samples` and `seed`")]
     NoTable,
     /// The ensemble is empty or too large.
-    #[error("{0} samples, expected 1 to 10000000")]
+    #[error("{0} samples, expected 1 to 9999999999")]
     Samples(u64),
     /// Samples outside the ensemble were requested.
     #[error("samples {}..{} were requested, expected a non-empty part of 0..{samples}", range.start, range.end)]
@@ -88,6 +88,14 @@ pub enum EnsembleError {
         /// The directory.
         path: PathBuf,
     },
+    /// The path or URL of a place names none.
+    #[error("{place}: {reason}")]
+    Place {
+        /// The path or URL.
+        place: String,
+        /// The reason.
+        reason: String,
+    },
     /// A file in place of a directory.
     #[error("{}: no directory", path.display())]
     NotDirectory {
@@ -101,13 +109,8 @@ pub enum EnsembleError {
         path: PathBuf,
     },
     /// A picture cannot be drawn.
-    #[error("{}: {reason}", path.display())]
-    Picture {
-        /// The file of the picture.
-        path: PathBuf,
-        /// The reason.
-        reason: String,
-    },
+    #[error("no picture of the summary: {0}")]
+    Picture(String),
 }
 
 impl EnsembleError {
@@ -128,8 +131,15 @@ impl EnsembleError {
         }
     }
 
+    pub(crate) fn place(place: &str, reason: impl ToString) -> Self {
+        Self::Place {
+            place: place.into(),
+            reason: reason.to_string(),
+        }
+    }
+
     /// Returns true if the machine failed, as opposed to the input being invalid.
     pub fn is_io(&self) -> bool {
-        matches!(self, Self::Io { .. } | Self::Picture { .. })
+        matches!(self, Self::Io { .. } | Self::Picture(_))
     }
 }

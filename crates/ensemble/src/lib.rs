@@ -12,17 +12,24 @@
 mod campaign;
 mod error;
 mod guidance;
+mod histogram;
 mod identity;
 mod merge;
 mod part;
 mod picture;
+mod place;
+mod quantiles;
+mod queue;
 mod read;
 mod row;
 mod run;
+mod statistics;
 mod store;
 mod summary;
 mod table;
 mod temporary;
+#[cfg(test)]
+mod testing;
 
 pub use campaign::{Campaign, FlownBy, Settings};
 pub use error::EnsembleError;
@@ -30,8 +37,10 @@ pub use guidance::{Commands, Guidance};
 pub use identity::Identity;
 pub use merge::{MergeOptions, Merged, merge};
 pub use picture::draw;
+pub use place::Place;
 pub use row::{Failure, FailureKind, Row};
 pub use run::{Options, Progress, Report, run};
+pub use statistics::Statistics;
 pub use store::Store;
-pub use summary::{Statistics, Summary};
+pub use summary::Summary;
 pub use table::ends;

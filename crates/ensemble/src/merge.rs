@@ -1,10 +1,10 @@
 use std::io::ErrorKind;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::part::parts;
-use crate::read::{Part, files};
+use crate::place::each_open;
 use crate::store::{check_apart, gaps};
-use crate::{EnsembleError, Row, Store, temporary};
+use crate::{EnsembleError, Place, Row, Store, temporary};
 
 /// Options of a merge.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -22,24 +22,23 @@ pub struct Merged {
     pub missing: u64,
 }
 
-/// Joins the parts in `directories` in the new directory `output`. The result is byte for byte the same as that of one
+/// Joins the parts in `places` in the new directory `output`. The result is byte for byte the same as that of one
 /// uninterrupted run.
 ///
 /// # Errors
 /// Returns an error if there are no parts, if parts belong to different ensembles or are damaged, if samples occur
 /// twice, if samples are missing unless that is allowed, or if the output exists and is not empty.
 pub fn merge(
-    directories: &[PathBuf],
+    places: impl IntoIterator<Item: Into<Place>>,
     output: &Path,
     options: MergeOptions,
 ) -> Result<(Store, Merged), EnsembleError> {
+    let places: Vec<Place> = places.into_iter().map(Into::into).collect();
     let mut all = Vec::new();
-    for directory in directories {
-        let found = files(directory)?;
+    for place in &places {
+        let found = place.parts()?;
         if found.is_empty() {
-            return Err(EnsembleError::Nothing {
-                path: directory.clone(),
-            });
+            return Err(EnsembleError::Nothing { path: place.path() });
         }
         all.extend(found);
     }
@@ -47,15 +46,8 @@ pub fn merge(
     let first = all.first().ok_or_else(|| EnsembleError::Nothing {
         path: output.into(),
     })?;
-    let part = Part::open(first)?;
+    let part = first.open()?;
     let identity = part.identity()?;
-    for file in &all {
-        let other = Part::open(file)?;
-        other.check(&identity)?;
-        if other.columns() != part.columns() {
-            return Err(EnsembleError::damaged(&file.path, "it has other columns"));
-        }
-    }
     check_apart(&all)?;
     let gaps = gaps(&(0..identity.samples), &all);
     if let (Some(gap), false) = (gaps.first(), options.allow_gaps) {
@@ -74,14 +66,14 @@ pub fn merge(
     let temporary = temporary::directory(parent).map_err(EnsembleError::io(parent))?;
     let store = Store::create(temporary.path(), &identity, part.columns())?;
     let mut waiting: Vec<Row> = Vec::new();
-    for file in &all {
+    for (file, opened) in all.iter().zip(each_open(&all)) {
         if waiting
             .last()
             .is_some_and(|row| row.index + 1 != file.range.start)
         {
             write(&store, &mut waiting, true)?;
         }
-        waiting.extend(Part::open(file)?.rows()?);
+        waiting.extend(store.rows(&opened?)?);
         write(&store, &mut waiting, false)?;
     }
     write(&store, &mut waiting, true)?;

@@ -1,6 +1,4 @@
-use std::fs::File;
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical, ZstdLevel};
@@ -12,14 +10,14 @@ use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
 use parquet::schema::types::Type;
 use sha2::{Digest, Sha256};
 
-use crate::{EnsembleError, Identity, Row, temporary};
+use crate::{Identity, Row};
 
 /// Largest and smallest number of samples in a part.
 const LARGEST: u64 = 1024;
 const SMALLEST: u64 = 32;
 
-/// Maximum number of steps of all bodies in a part, except for the smallest parts: some minutes of computing on one
-/// core.
+/// Maximum number of steps of all bodies in a part, except for the smallest parts: a measure of time that does not depend on
+/// the clock. One core takes seconds for them in lanes, and minutes where steps are dear.
 const STEPS: u64 = 1 << 26;
 
 /// Returns the number of samples in a part if a flight has this number of steps of all bodies. Parts begin and end at
@@ -56,40 +54,14 @@ pub(crate) fn range_of(name: &str) -> Option<Range<u64>> {
     (range.start < range.end && file_name(&range) == name).then_some(range)
 }
 
-/// Writes a part to the directory atomically.
-pub(crate) fn write(
-    directory: &Path,
-    identity: &Identity,
-    columns: &[String],
-    rows: &[Row],
-) -> Result<PathBuf, EnsembleError> {
-    let (start, end) = match rows {
-        [first, .., last] => (first.index, last.index + 1),
-        [only] => (only.index, only.index + 1),
-        [] => (0, 0),
-    };
-    let path = directory.join(file_name(&(start..end)));
-    let failed = |error: parquet::errors::ParquetError| EnsembleError::Io {
-        path: path.clone(),
-        source: std::io::Error::other(error),
-    };
-    let temporary = temporary::file(directory).map_err(EnsembleError::io(directory))?;
-    let file = temporary.as_file();
-    let copy = file.try_clone().map_err(EnsembleError::io(&path))?;
-    write_rows(copy, identity, columns, rows).map_err(failed)?;
-    file.sync_all().map_err(EnsembleError::io(&path))?;
-    temporary
-        .persist(&path)
-        .map_err(|error| EnsembleError::io(&path)(error.error))?;
-    Ok(path)
-}
-
-fn write_rows(file: File, identity: &Identity, columns: &[String], rows: &[Row]) -> Parquet<()> {
+/// Returns the contents of the file of a part.
+pub(crate) fn encode(identity: &Identity, columns: &[String], rows: &[Row]) -> Parquet<Vec<u8>> {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))
         .set_key_value_metadata(Some(metadata(identity, columns, rows)))
         .build();
-    let mut writer = SerializedFileWriter::new(file, schema(columns)?, Arc::new(properties))?;
+    let schema = schema(columns)?;
+    let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties))?;
     let mut group = writer.next_row_group()?;
     let text = |text: &str| ByteArray::from(text);
     let indices: Vec<_> = rows.iter().map(|row| row.index.cast_signed()).collect();
@@ -106,12 +78,11 @@ fn write_rows(file: File, identity: &Identity, columns: &[String], rows: &[Row])
         write_column::<DoubleType>(&mut group, &numbers)?;
     }
     group.close()?;
-    writer.close()?;
-    Ok(())
+    writer.into_inner()
 }
 
 fn write_column<T: parquet::data_type::DataType>(
-    group: &mut SerializedRowGroupWriter<'_, File>,
+    group: &mut SerializedRowGroupWriter<'_, Vec<u8>>,
     values: &[T::T],
 ) -> Parquet<()> {
     if let Some(mut column) = group.next_column()? {

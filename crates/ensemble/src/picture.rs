@@ -1,5 +1,4 @@
 use std::error::Error;
-use std::path::Path;
 
 use plotters::prelude::*;
 
@@ -13,9 +12,6 @@ const MOST: usize = 12;
 const SIZE: (u32, u32) = (360, 240);
 const HEADING: u32 = 40;
 
-/// Number of bars of a histogram.
-const BARS: usize = 40;
-
 const COLOR: RGBColor = RGBColor(0, 114, 178);
 const GRID: RGBColor = RGBColor(225, 225, 225);
 
@@ -27,28 +23,26 @@ const TELLING: [&str; 4] = [
     ".final.angular_velocity.",
 ];
 
-/// Draws histograms of the most relevant columns to an SVG file. Returns `false` if no column varies.
+/// Draws histograms of the most relevant columns as SVG. Returns `None` if no column varies.
 ///
 /// # Errors
-/// Returns an error if the file cannot be written.
-pub fn draw(summary: &Summary, path: &Path) -> Result<bool, EnsembleError> {
+/// Returns an error if the picture cannot be drawn.
+pub fn draw(summary: &Summary) -> Result<Option<String>, EnsembleError> {
     let chosen = chosen(summary);
     if chosen.is_empty() {
-        return Ok(false);
+        return Ok(None);
     }
-    let refuse = |reason: String| EnsembleError::Picture {
-        path: path.into(),
-        reason,
-    };
-    try_draw(summary, &chosen, path).map_err(|error| refuse(error.to_string()))?;
-    Ok(true)
+    let mut picture = String::new();
+    let drawn = try_draw(summary, &chosen, &mut picture);
+    drawn.map_err(|error| EnsembleError::Picture(error.to_string()))?;
+    Ok(Some(picture))
 }
 
 /// Returns the most relevant columns that vary.
 fn chosen(summary: &Summary) -> Vec<usize> {
     let varies = |column: &usize| {
         let statistics = summary.columns[*column].1;
-        bar_width(statistics.least, statistics.greatest).is_some()
+        varies(statistics.least, statistics.greatest)
     };
     let mut chosen = Vec::new();
     for part in TELLING {
@@ -63,22 +57,21 @@ fn chosen(summary: &Summary) -> Vec<usize> {
     chosen
 }
 
-/// Returns the width of the bars from `low` to `high`, or `None` if the range is empty, infinite or so narrow that the
-/// ends of a bar would be the same number.
-fn bar_width(low: f64, high: f64) -> Option<f64> {
-    let width = (high - low) / BARS as f64;
-    (width.is_finite() && low < low + width && high - width < high).then_some(width)
+/// Returns true if the range is finite and wide enough for bars with distinct edges.
+fn varies(low: f64, high: f64) -> bool {
+    let step = (high - low) / 64.0;
+    step.is_finite() && low < low + step && high - step < high
 }
 
 fn try_draw<'a>(
     summary: &Summary,
     chosen: &[usize],
-    path: &'a Path,
+    picture: &'a mut String,
 ) -> Result<(), Box<dyn Error + 'a>> {
     let across = chosen.len().min(ACROSS);
     let down = chosen.len().div_ceil(ACROSS);
     let size = (SIZE.0 * across as u32, HEADING + SIZE.1 * down as u32);
-    let root = SVGBackend::new(path, size).into_drawing_area();
+    let root = SVGBackend::with_string(picture, size).into_drawing_area();
     root.fill(&WHITE)?;
     let heading = format!("{}: {} samples", summary.scene, summary.complete);
     let font = ("sans-serif", 18).into_font();
@@ -86,7 +79,8 @@ fn try_draw<'a>(
     let (_, charts) = root.split_vertically(HEADING);
     for (area, column) in charts.split_evenly((down, across)).iter().zip(chosen) {
         let (name, _) = &summary.columns[*column];
-        histogram(area, name, &summary.sorted[*column])?;
+        let bars: Vec<_> = summary.histograms[*column].bars().collect();
+        histogram(area, name, &bars)?;
     }
     root.present()?;
     Ok(())
@@ -95,26 +89,19 @@ fn try_draw<'a>(
 fn histogram<'a>(
     area: &DrawingArea<SVGBackend<'a>, plotters::coord::Shift>,
     name: &str,
-    sorted: &[f64],
+    bars: &[([f64; 2], u64)],
 ) -> Result<(), Box<dyn Error + 'a>> {
-    let (Some(&low), Some(&high)) = (sorted.first(), sorted.last()) else {
+    let (Some(([low, _], _)), Some(([_, high], _))) = (bars.first(), bars.last()) else {
         return Ok(());
     };
-    let Some(width) = bar_width(low, high) else {
-        return Ok(());
-    };
-    let mut counts = [0_u32; BARS];
-    for value in sorted {
-        let bar = ((value - low) / width) as usize;
-        counts[bar.min(BARS - 1)] += 1;
-    }
-    let most = counts.into_iter().max().unwrap_or(1);
+    let (low, high) = (*low, *high);
+    let most = bars.iter().map(|(_, count)| *count).max().unwrap_or(1);
     let mut chart = ChartBuilder::on(area)
         .caption(name, ("sans-serif", 14))
         .margin(8)
         .x_label_area_size(24)
         .y_label_area_size(44)
-        .build_cartesian_2d(low..high, 0.0..1.08 * f64::from(most))?;
+        .build_cartesian_2d(low..high, 0.0..1.08 * most as f64)?;
     chart
         .configure_mesh()
         .light_line_style(WHITE)
@@ -124,10 +111,8 @@ fn histogram<'a>(
         .x_label_formatter(&|value| tick(*value, high.abs().max(low.abs()), high - low))
         .y_label_formatter(&|value| format!("{value:.0}"))
         .draw()?;
-    chart.draw_series(counts.into_iter().enumerate().map(|(bar, count)| {
-        let left = low + width * bar as f64;
-        let corners = [(left, 0.0), (left + width, f64::from(count))];
-        Rectangle::new(corners, COLOR.filled())
+    chart.draw_series(bars.iter().map(|([left, right], count)| {
+        Rectangle::new([(*left, 0.0), (*right, *count as f64)], COLOR.filled())
     }))?;
     Ok(())
 }
@@ -148,8 +133,8 @@ mod tests {
     use super::*;
 
     #[test]
-    fn bars_have_a_width_where_there_is_a_range() {
-        assert_eq!(bar_width(-1.0, 3.0), Some(0.1));
+    fn what_varies_has_a_finite_range_of_many_numbers() {
+        assert!(varies(-1.0, 3.0));
         let infinity = f64::INFINITY;
         for (low, high) in [
             (-infinity, 0.0),
@@ -161,7 +146,7 @@ mod tests {
             (0.0, f64::from_bits(1)),
             (f64::NAN, 1.0),
         ] {
-            assert_eq!(bar_width(low, high), None, "{low}..{high}");
+            assert!(!varies(low, high), "{low}..{high}");
         }
     }
 }

@@ -1,69 +1,43 @@
 //! Reads parts from files.
 
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::ops::Range;
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
 
 use parquet::column::reader::get_typed_column_reader;
 use parquet::data_type::{ByteArrayType, DataType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
-use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::file::reader::{ChunkReader, FileReader, Length, SerializedFileReader};
 
-use crate::part::{CHECKSUM, FIRST, checksum, entries, range_of};
+use crate::part::{CHECKSUM, FIRST, checksum, entries};
+use crate::place::PartFile;
 use crate::row::{Failure, FailureKind};
 use crate::{EnsembleError, Identity, Row};
 
-/// The file of a part and its samples.
-#[derive(Clone, Debug)]
-pub(crate) struct PartFile {
-    pub(crate) path: PathBuf,
-    pub(crate) range: Range<u64>,
-}
-
-/// Returns the parts in a directory, ordered by their first samples. The list is empty if the directory does not exist.
-pub(crate) fn files(directory: &Path) -> Result<Vec<PartFile>, EnsembleError> {
-    let listing = match std::fs::read_dir(directory) {
-        Err(error) if error.kind() == std::io::ErrorKind::NotFound => return Ok(Vec::new()),
-        listing => listing.map_err(EnsembleError::io(directory))?,
-    };
-    let mut files = Vec::new();
-    for entry in listing {
-        let entry = entry.map_err(EnsembleError::io(directory))?;
-        if let Some(range) = entry.file_name().to_str().and_then(range_of) {
-            let path = entry.path();
-            files.push(PartFile { path, range });
-        }
-    }
-    files.sort_by_key(|file| (file.range.start, file.range.end));
-    Ok(files)
-}
-
 /// An open part.
-pub(crate) struct Part {
-    file: PartFile,
-    reader: SerializedFileReader<File>,
+pub(crate) struct Part<'a> {
+    file: PartFile<'a>,
+    reader: Box<dyn FileReader>,
     metadata: BTreeMap<String, String>,
     columns: Vec<String>,
 }
 
-impl Part {
-    pub(crate) fn open(file: &PartFile) -> Result<Self, EnsembleError> {
-        let path = &file.path;
-        let damaged = |error: ParquetError| EnsembleError::damaged(path, error);
-        let opened = File::open(path).map_err(EnsembleError::io(path))?;
-        let length = opened.metadata().map_err(EnsembleError::io(path))?.len();
-        let reader = caught(|| SerializedFileReader::new(opened)).map_err(damaged)?;
+impl<'a> Part<'a> {
+    pub(crate) fn read<C: ChunkReader + Length + 'static>(
+        file: &PartFile<'a>,
+        contents: C,
+    ) -> Result<Self, EnsembleError> {
+        let length = contents.len();
+        let reader = caught(|| SerializedFileReader::new(contents));
+        let reader = reader.map_err(|error| file.damaged(error))?;
         let about = reader.metadata().file_metadata();
         let rows = file.range.end - file.range.start;
         if u64::try_from(about.num_rows()) != Ok(rows) {
             let reason = format!("{} rows, expected {rows}", about.num_rows());
-            return Err(EnsembleError::damaged(path, reason));
+            return Err(file.damaged(reason));
         }
         if reader.num_row_groups() != 1 {
             let reason = format!("{} row groups, expected 1", reader.num_row_groups());
-            return Err(EnsembleError::damaged(path, reason));
+            return Err(file.damaged(reason));
         }
         let chunks = reader.metadata().row_group(0).columns().iter();
         for chunk in chunks {
@@ -74,7 +48,7 @@ impl Part {
             let end = start.checked_add(size);
             let end = end.and_then(|end| u64::try_from(end).ok());
             if start < 0 || size < 0 || end.is_none_or(|end| end > length) {
-                return Err(EnsembleError::damaged(path, "a part of it is missing"));
+                return Err(file.damaged("a part of it is missing"));
             }
         }
         let entries = about.key_value_metadata().into_iter().flatten();
@@ -84,15 +58,19 @@ impl Part {
         let columns = about.schema_descr().columns().iter();
         let mut columns: Vec<_> = columns.map(|column| column.name().to_owned()).collect();
         if columns.len() < FIRST.len() || columns[..FIRST.len()] != FIRST {
-            return Err(EnsembleError::damaged(path, "not the columns of samples"));
+            return Err(file.damaged("not the columns of samples"));
         }
         columns.drain(..FIRST.len());
         Ok(Self {
             file: file.clone(),
-            reader,
+            reader: Box::new(reader),
             metadata,
             columns,
         })
+    }
+
+    pub(crate) fn file(&self) -> &PartFile<'a> {
+        &self.file
     }
 
     /// Returns the names of its numbers.
@@ -106,13 +84,12 @@ impl Part {
         let number = |key: &str| {
             let text = entry(key)?;
             let parsed = text.parse::<u64>();
-            parsed
-                .map_err(|_| EnsembleError::damaged(&self.file.path, format!("`{key}` is {text}")))
+            parsed.map_err(|_| self.file.damaged(format!("`{key}` is {text}")))
         };
         let part = number("lgvi.part")?;
         if part == 0 {
             let reason = "`lgvi.part` is 0";
-            return Err(EnsembleError::damaged(&self.file.path, reason));
+            return Err(self.file.damaged(reason));
         }
         Ok(Identity {
             hash: entry("lgvi.identity")?,
@@ -126,7 +103,7 @@ impl Part {
     }
 
     fn entry(&self, key: &str) -> Result<&str, EnsembleError> {
-        let missing = || EnsembleError::damaged(&self.file.path, format!("no `{key}`"));
+        let missing = || self.file.damaged(format!("no `{key}`"));
         self.metadata
             .get(key)
             .map(String::as_str)
@@ -156,7 +133,7 @@ impl Part {
         match differing.next().or(first) {
             None => Ok(()),
             Some((((_, found), (_, expected)), what)) => Err(EnsembleError::Foreign {
-                path: self.file.path.clone(),
+                path: self.file.path(),
                 what,
                 found,
                 expected,
@@ -178,9 +155,8 @@ impl Part {
             let failure = match text(kind.data()).as_str() {
                 "" => None,
                 kind => Some(Failure {
-                    kind: FailureKind::named(kind).ok_or_else(|| {
-                        EnsembleError::damaged(&self.file.path, format!("failure {kind:?}"))
-                    })?,
+                    kind: FailureKind::named(kind)
+                        .ok_or_else(|| self.file.damaged(format!("failure {kind:?}")))?,
                     message: text(message.data()),
                 }),
             };
@@ -194,7 +170,7 @@ impl Part {
         let expected = self.file.range.clone();
         if !rows.iter().map(|row| row.index).eq(expected) {
             let reason = "its samples are not those of its name";
-            return Err(EnsembleError::damaged(&self.file.path, reason));
+            return Err(self.file.damaged(reason));
         }
         for column in 0..self.columns.len() {
             let numbers = self.column::<DoubleType>(FIRST.len() + column)?;
@@ -204,21 +180,16 @@ impl Part {
         }
         if self.entry(CHECKSUM)? != checksum(&self.identity()?, &self.columns, &rows) {
             let reason = "what is in it is not what was written";
-            return Err(EnsembleError::damaged(&self.file.path, reason));
+            return Err(self.file.damaged(reason));
         }
         Ok(rows)
     }
 
     fn column<T: DataType>(&self, index: usize) -> Result<Vec<T::T>, EnsembleError> {
-        let path = &self.file.path;
-        let damaged = |error: ParquetError| EnsembleError::damaged(path, error);
         let descriptor = self.reader.metadata().file_metadata().schema_descr();
         if descriptor.column(index).physical_type() != T::get_physical_type() {
             let name = descriptor.column(index).name().to_owned();
-            return Err(EnsembleError::damaged(
-                path,
-                format!("the type of `{name}`"),
-            ));
+            return Err(self.file.damaged(format!("the type of `{name}`")));
         }
         let rows = (self.file.range.end - self.file.range.start) as usize;
         let values = caught(|| {
@@ -229,12 +200,12 @@ impl Part {
             reader.read_records(rows, None, None, &mut values)?;
             Ok(values)
         });
-        let values = values.map_err(damaged)?;
+        let values = values.map_err(|error| self.file.damaged(error))?;
         if values.len() == rows {
             Ok(values)
         } else {
             let reason = format!("{} values in a column of {rows}", values.len());
-            Err(EnsembleError::damaged(path, reason))
+            Err(self.file.damaged(reason))
         }
     }
 }

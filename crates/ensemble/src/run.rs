@@ -1,12 +1,14 @@
-use std::collections::BTreeMap;
+use std::cell::Cell;
 use std::ops::Range;
-use std::sync::atomic::{AtomicUsize, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Duration;
 
 use lgvi_dynamics::lanes::Width;
 
+use crate::queue::{Queue, Unit};
 use crate::{Campaign, EnsembleError, Row, Store};
 
 /// Options of a run. They do not affect the results.
@@ -27,6 +29,11 @@ pub struct Progress {
     pub done: u64,
     /// Number of samples requested.
     pub wanted: u64,
+    /// Number of steps of these samples that have been made, including those of samples in flight. A sample that failed
+    /// counts like a complete one.
+    pub steps: u64,
+    /// Number of steps of the requested samples.
+    pub wanted_steps: u64,
 }
 
 /// Result of a run.
@@ -47,17 +54,8 @@ impl Report {
     }
 }
 
-/// Number of samples that a thread flies at a time: a few registers of lanes.
-const UNIT: u64 = 32;
-
-/// Interval between checks of the stop condition.
+/// Interval between checks of the stop condition, and between reports of progress.
 const LOOK: Duration = Duration::from_millis(50);
-
-/// The samples of a unit, and the index of their part.
-struct Unit {
-    part: usize,
-    samples: Range<u64>,
-}
 
 /// Flies the samples that `store` lacks and writes their parts. After `stop` returns true, the run completes the parts
 /// that have been started and ends.
@@ -78,7 +76,7 @@ pub fn run(
         return Err(EnsembleError::Range { range, samples });
     }
     let missing = store.missing(range.clone())?;
-    store.tidy()?;
+    store.place().prepare()?;
     let wanted = range.end - range.start;
     let open: u64 = missing.iter().map(|part| part.end - part.start).sum();
     let mut report = Report {
@@ -86,13 +84,12 @@ pub fn run(
         flown: 0,
         wanted,
     };
-    let units = units(&missing);
     let shared = Shared {
         campaign,
+        store,
         width: options.width,
-        units: &units,
-        next: AtomicUsize::new(0),
-        last_part: AtomicUsize::new(usize::MAX),
+        queue: Mutex::new(Queue::new(&missing, store.identity().part)),
+        steps: AtomicU64::new(report.kept.saturating_mul(campaign.steps())),
     };
     let threads = match options.threads {
         0 => thread::available_parallelism().map_or(1, usize::from),
@@ -110,90 +107,100 @@ pub fn run(
             progress(Progress {
                 done: kept + flown,
                 wanted,
+                steps: shared.steps.load(Ordering::Relaxed),
+                wanted_steps: wanted.saturating_mul(campaign.steps()),
             });
         };
-        report.flown = shared.collect(&receiver, store, &missing, stop, &mut told)?;
+        report.flown = shared.watch(&receiver, stop, &mut told)?;
         Ok(report)
     })
-}
-
-fn units(missing: &[Range<u64>]) -> Vec<Unit> {
-    let mut units = Vec::new();
-    for (part, samples) in missing.iter().enumerate() {
-        let starts = samples.clone().step_by(UNIT as usize);
-        units.extend(starts.map(|start| Unit {
-            part,
-            samples: start..(start + UNIT).min(samples.end),
-        }));
-    }
-    units
 }
 
 /// State shared by the threads of a run.
 struct Shared<'a> {
     campaign: &'a Campaign<'a>,
+    store: &'a Store,
     width: Width,
-    units: &'a [Unit],
-    /// Index of the next unit to fly.
-    next: AtomicUsize,
-    /// Index of the last part to fly.
-    last_part: AtomicUsize,
+    queue: Mutex<Queue<'a>>,
+    /// Number of steps made.
+    steps: AtomicU64,
 }
 
-impl Shared<'_> {
-    /// Flies units until none is left.
-    fn work(&self, rows: &SyncSender<(usize, Vec<Row>)>) {
-        loop {
-            let next = self.next.fetch_add(1, Ordering::SeqCst);
-            let Some(unit) = self.units.get(next) else {
-                return;
-            };
-            if unit.part > self.last_part.load(Ordering::SeqCst) {
-                return;
-            }
-            let flown = self.campaign.fly(unit.samples.clone(), self.width);
-            // The receiver is gone if a part could not be written.
-            if rows.send((unit.part, flown)).is_err() {
+/// Numbers of samples that a thread has flown and written since it last told of them.
+#[derive(Default)]
+struct Done {
+    flown: u64,
+    written: u64,
+}
+
+impl<'a> Shared<'a> {
+    /// Flies units until none is left, and writes the parts that become complete.
+    fn work(&self, done: &SyncSender<Result<Done, EnsembleError>>) {
+        // A statement of its own, so that the queue is free while the unit is flown.
+        let take = || self.queue().take();
+        while let Some(unit) = take() {
+            let worked = self.work_on(unit);
+            // The receiver is gone if another part could not be written.
+            if done.send(worked).is_err() {
                 return;
             }
         }
     }
 
-    /// Writes each part when all its samples have been flown, and reports progress after each unit. Returns the number
-    /// of samples written.
-    fn collect(
+    fn work_on(&self, unit: Unit) -> Result<Done, EnsembleError> {
+        let flown = unit.samples.end - unit.samples.start;
+        let rows = self.fly(unit.samples);
+        let whole = self.queue().add(unit.part, rows);
+        let written = match whole {
+            Some(rows) => {
+                self.store.write(&rows)?;
+                rows.len() as u64
+            }
+            None => 0,
+        };
+        Ok(Done { flown, written })
+    }
+
+    fn fly(&self, samples: Range<u64>) -> Vec<Row> {
+        let all = (samples.end - samples.start).saturating_mul(self.campaign.steps());
+        let left = Cell::new(all);
+        let count = |steps: u64| {
+            let steps = steps.min(left.get());
+            left.set(left.get() - steps);
+            self.steps.fetch_add(steps, Ordering::Relaxed);
+        };
+        let rows = self.campaign.fly_watched(samples, self.width, &count);
+        // Samples that failed have not made all their steps.
+        count(left.get());
+        rows
+    }
+
+    fn queue(&self) -> MutexGuard<'_, Queue<'a>> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Reports progress until all threads are done, and ends the queue when `stop` returns true. Returns the number of samples
+    /// written.
+    fn watch(
         &self,
-        rows: &Receiver<(usize, Vec<Row>)>,
-        store: &Store,
-        parts: &[Range<u64>],
+        done: &Receiver<Result<Done, EnsembleError>>,
         stop: &dyn Fn() -> bool,
         told: &mut dyn FnMut(u64),
     ) -> Result<u64, EnsembleError> {
-        let mut begun: BTreeMap<usize, Vec<Row>> = BTreeMap::new();
-        let (mut flown, mut written) = (0, 0);
-        told(flown);
+        let mut all = Done::default();
         loop {
+            told(all.flown);
             if stop() {
-                let taken = self.next.load(Ordering::SeqCst).min(self.units.len());
-                let last = taken.checked_sub(1).map_or(0, |unit| self.units[unit].part);
-                self.last_part.fetch_min(last, Ordering::SeqCst);
+                self.queue().end();
             }
-            let (part, unit) = match rows.recv_timeout(LOOK) {
-                Ok(unit) => unit,
-                Err(RecvTimeoutError::Timeout) => continue,
-                Err(RecvTimeoutError::Disconnected) => return Ok(written),
-            };
-            let of_part = begun.entry(part).or_default();
-            flown += unit.len() as u64;
-            told(flown);
-            of_part.extend(unit);
-            let wanted = parts[part].end - parts[part].start;
-            if of_part.len() as u64 == wanted
-                && let Some(mut rows) = begun.remove(&part)
-            {
-                rows.sort_by_key(|row| row.index);
-                store.write(&rows)?;
-                written += wanted;
+            match done.recv_timeout(LOOK) {
+                Ok(done) => {
+                    let Done { flown, written } = done?;
+                    all.flown += flown;
+                    all.written += written;
+                }
+                Err(RecvTimeoutError::Timeout) => {}
+                Err(RecvTimeoutError::Disconnected) => return Ok(all.written),
             }
         }
     }

@@ -1,59 +1,59 @@
 use std::ops::Range;
-use std::path::{Path, PathBuf};
 
 use crate::part::{self, parts};
-use crate::read::{Part, PartFile, files};
-use crate::{EnsembleError, Identity, Row, temporary};
+use crate::place::{PartFile, each_open};
+use crate::read::Part;
+use crate::{EnsembleError, Identity, Place, Row};
 
-/// A directory with parts of one ensemble.
+/// The parts of one ensemble in one place.
 pub struct Store {
-    directory: PathBuf,
+    place: Place,
     identity: Identity,
     columns: Vec<String>,
 }
 
 impl Store {
-    /// Creates a store in the directory for parts of this ensemble with these columns of numbers. The directory itself
-    /// is created by a [run](crate::run()) if necessary.
+    /// Creates a store in the place for parts of this ensemble with these columns of numbers. A directory is created by a
+    /// [run](crate::run()) if necessary.
     ///
     /// # Errors
     /// Returns an error if the path is not a directory.
     pub fn create(
-        directory: &Path,
+        place: impl Into<Place>,
         identity: &Identity,
         columns: &[String],
     ) -> Result<Self, EnsembleError> {
-        if directory.exists() && !directory.is_dir() {
-            let path = directory.into();
-            return Err(EnsembleError::NotDirectory { path });
-        }
+        let place = place.into();
+        place.check()?;
         Ok(Self {
-            directory: directory.into(),
+            place,
             identity: identity.clone(),
             columns: columns.into(),
         })
     }
 
-    /// Opens the store with the parts in the directory.
+    /// Opens the store with the parts in the place.
     ///
     /// # Errors
     /// Returns an error if there are no parts, or if the first part cannot be read.
-    pub fn open(directory: &Path) -> Result<Self, EnsembleError> {
-        let files = files(directory)?;
-        let first = files.first().ok_or_else(|| EnsembleError::Nothing {
-            path: directory.into(),
-        })?;
-        let part = Part::open(first)?;
+    pub fn open(place: impl Into<Place>) -> Result<Self, EnsembleError> {
+        let place = place.into();
+        let parts = place.parts()?;
+        let first = parts
+            .first()
+            .ok_or_else(|| EnsembleError::Nothing { path: place.path() })?;
+        let part = first.open()?;
+        let (identity, columns) = (part.identity()?, part.columns().to_vec());
         Ok(Self {
-            directory: directory.into(),
-            identity: part.identity()?,
-            columns: part.columns().to_vec(),
+            place,
+            identity,
+            columns,
         })
     }
 
-    /// Returns the directory.
-    pub fn directory(&self) -> &Path {
-        &self.directory
+    /// Returns the place of the parts.
+    pub fn place(&self) -> &Place {
+        &self.place
     }
 
     /// Returns the identity of the ensemble.
@@ -66,40 +66,30 @@ impl Store {
         &self.columns
     }
 
-    /// Returns the parts, ordered by their first samples.
+    /// Returns the parts of `range` that are missing. Reads the first of the parts, and in a directory those that have samples
+    /// of the range. Parts in an object store are complete, and the summary reads them.
     ///
     /// # Errors
-    /// Returns an error if a part belongs to another ensemble or cannot be read, or if parts overlap.
-    pub(crate) fn parts(&self) -> Result<Vec<PartFile>, EnsembleError> {
-        let files = files(&self.directory)?;
-        for file in &files {
-            let part = Part::open(file)?;
-            part.check(&self.identity)?;
-            if part.columns() != self.columns {
-                return Err(EnsembleError::damaged(&file.path, "it has other columns"));
-            }
-        }
-        check_apart(&files)?;
-        Ok(files)
-    }
-
-    /// Returns the parts of `range` that are missing.
-    ///
-    /// # Errors
-    /// Returns the errors of [`parts`](Self::parts), and an error if one of the parts is damaged or incomplete.
+    /// Returns an error if one of these parts is damaged, incomplete or of another ensemble, or if parts overlap.
     pub(crate) fn missing(&self, range: Range<u64>) -> Result<Vec<Range<u64>>, EnsembleError> {
-        let present = self.parts()?;
+        let present = self.place.parts()?;
+        check_apart(&present)?;
+        if let Some(first) = present.first() {
+            self.check(&first.open()?)?;
+        }
         let mut missing = Vec::new();
         for part in parts(range, self.identity.part) {
             let first = present.partition_point(|file| file.range.end <= part.start);
             let end = present.partition_point(|file| file.range.start < part.end);
             let met = &present[first..end];
-            for file in met {
-                Part::open(file)?.rows()?;
+            if self.place.is_directory() {
+                for file in met {
+                    self.rows(&file.open()?)?;
+                }
             }
             match (met.first(), gaps(&part, met).into_iter().next()) {
                 (Some(file), Some(missing)) => {
-                    let path = file.path.clone();
+                    let path = file.path();
                     return Err(EnsembleError::Cut { path, missing });
                 }
                 (None, Some(_)) => missing.push(part),
@@ -109,8 +99,18 @@ impl Store {
         Ok(missing)
     }
 
-    pub(crate) fn write(&self, rows: &[Row]) -> Result<PathBuf, EnsembleError> {
-        part::write(&self.directory, &self.identity, &self.columns, rows)
+    /// Writes consecutive samples as a part.
+    pub(crate) fn write(&self, rows: &[Row]) -> Result<(), EnsembleError> {
+        let (Some(first), Some(last)) = (rows.first(), rows.last()) else {
+            return Ok(());
+        };
+        let range = first.index..last.index + 1;
+        let encoded = part::encode(&self.identity, &self.columns, rows);
+        let encoded = encoded.map_err(|error| EnsembleError::Io {
+            path: self.place.path(),
+            source: std::io::Error::other(error),
+        })?;
+        self.place.write_part(&range, encoded)
     }
 
     /// Passes each sample to `each`, in the order of the indices.
@@ -118,22 +118,37 @@ impl Store {
     /// # Errors
     /// Returns an error if parts cannot be read, belong to another ensemble or overlap.
     pub fn for_each(&self, mut each: impl FnMut(Row)) -> Result<(), EnsembleError> {
-        for file in self.parts()? {
-            Part::open(&file)?.rows()?.into_iter().for_each(&mut each);
+        let parts = self.place.parts()?;
+        check_apart(&parts)?;
+        for part in each_open(&parts) {
+            self.rows(&part?)?.into_iter().for_each(&mut each);
         }
         Ok(())
     }
 
-    /// Creates the directory if necessary, and removes temporary files that killed runs have left behind.
-    pub(crate) fn tidy(&self) -> Result<(), EnsembleError> {
-        std::fs::create_dir_all(&self.directory).map_err(EnsembleError::io(&self.directory))?;
-        temporary::tidy(&self.directory).map_err(EnsembleError::io(&self.directory))
+    /// Returns the samples of a part, which must be one of this ensemble.
+    pub(crate) fn rows(&self, part: &Part<'_>) -> Result<Vec<Row>, EnsembleError> {
+        self.check(part)?;
+        part.rows()
+    }
+
+    fn check(&self, part: &Part<'_>) -> Result<(), EnsembleError> {
+        part.check(&self.identity)?;
+        let (columns, samples) = (part.columns(), self.identity.samples);
+        if columns != self.columns {
+            return Err(part.file().damaged("it has other columns"));
+        }
+        if part.file().range.end > samples {
+            let reason = format!("it has samples beyond the {samples} of the ensemble");
+            return Err(part.file().damaged(reason));
+        }
+        Ok(())
     }
 }
 
 /// Returns the ranges of `range` that are not covered by the parts. The parts must be ordered by their first samples
 /// and must not overlap.
-pub(crate) fn gaps(range: &Range<u64>, files: &[PartFile]) -> Vec<Range<u64>> {
+pub(crate) fn gaps(range: &Range<u64>, files: &[PartFile<'_>]) -> Vec<Range<u64>> {
     let mut gaps = Vec::new();
     let mut next = range.start;
     for file in files {
@@ -146,15 +161,15 @@ pub(crate) fn gaps(range: &Range<u64>, files: &[PartFile]) -> Vec<Range<u64>> {
 }
 
 /// Returns an error if parts overlap. The parts must be ordered by their first samples.
-pub(crate) fn check_apart(files: &[PartFile]) -> Result<(), EnsembleError> {
+pub(crate) fn check_apart(files: &[PartFile<'_>]) -> Result<(), EnsembleError> {
     match files
         .windows(2)
         .find(|pair| pair[1].range.start < pair[0].range.end)
     {
         None => Ok(()),
         Some(pair) => Err(EnsembleError::Overlap {
-            first: pair[0].path.clone(),
-            second: pair[1].path.clone(),
+            first: pair[0].path(),
+            second: pair[1].path(),
         }),
     }
 }

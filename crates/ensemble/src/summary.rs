@@ -4,7 +4,10 @@ use std::fmt;
 use serde::Serialize;
 use serde::ser::{SerializeMap, Serializer};
 
-use crate::{EnsembleError, Identity, Store};
+use crate::histogram::Histogram;
+use crate::quantiles::{EXACT, RANK_ERROR};
+use crate::statistics::Column;
+use crate::{EnsembleError, Identity, Row, Statistics, Store};
 
 /// Statistics of the samples of an ensemble.
 #[derive(Clone, Debug, PartialEq, Serialize)]
@@ -25,31 +28,16 @@ pub struct Summary {
     pub complete: u64,
     /// Number of failed samples by kind.
     pub failures: BTreeMap<&'static str, u64>,
+    /// Bound of the error of the quantiles: their ranks are off by at most this fraction of the samples. It is 0 for up to
+    /// 65 536 samples.
+    pub quantile_error: f64,
     /// Statistics of each column, in order.
     #[serde(serialize_with = "as_map")]
     pub columns: Vec<(String, Statistics)>,
-    /// The values of each column in ascending order.
+    /// Counts of the values of each column.
     #[serde(skip)]
-    pub(crate) sorted: Vec<Vec<f64>>,
+    pub(crate) histograms: Vec<Histogram>,
 }
-
-/// Statistics of a column. All are NaN if there are no samples, and the standard deviation is NaN for a single sample.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
-pub struct Statistics {
-    /// Mean.
-    pub mean: f64,
-    /// Sample standard deviation, with the divisor n − 1.
-    pub standard_deviation: f64,
-    /// Minimum.
-    pub least: f64,
-    /// Quantiles at 5, 25, 50, 75 and 95 %, by linear interpolation between the two nearest values.
-    pub quantiles: [f64; 5],
-    /// Maximum.
-    pub greatest: f64,
-}
-
-/// Levels of the quantiles.
-const LEVELS: [f64; 5] = [0.05, 0.25, 0.5, 0.75, 0.95];
 
 fn as_map<S: Serializer>(
     columns: &[(String, Statistics)],
@@ -63,95 +51,67 @@ fn as_map<S: Serializer>(
 }
 
 impl Summary {
-    /// Computes the statistics of the samples in a store.
+    /// Computes the statistics of the samples in a store in one pass, with memory for one part.
     ///
     /// # Errors
     /// Returns an error if parts cannot be read.
     pub fn of(store: &Store) -> Result<Self, EnsembleError> {
-        let Identity {
-            hash,
-            scene,
-            seed,
-            samples,
-            scheme,
-            ..
-        } = store.identity().clone();
-        let mut values = vec![Vec::new(); store.columns().len()];
-        let (mut present, mut complete) = (0, 0);
-        let mut failures = BTreeMap::new();
-        store.for_each(|row| {
-            present += 1;
-            if let Some(failure) = row.failure {
-                *failures.entry(failure.kind.name()).or_default() += 1;
-                return;
-            }
-            complete += 1;
-            for (values, number) in values.iter_mut().zip(row.numbers) {
-                values.push(number);
-            }
-        })?;
-        let statistics = values.iter_mut().map(|values| Statistics::of(values));
-        let names = store.columns().iter().cloned();
-        Ok(Self {
-            scene,
-            identity: hash,
-            seed,
-            integrator: scheme,
-            samples,
-            present,
-            complete,
-            failures,
-            columns: names.zip(statistics).collect(),
-            sorted: values,
-        })
+        let mut tally = Tally::new(store.identity().samples, store.columns().len());
+        store.for_each(|row| tally.add(row))?;
+        Ok(tally.finish(store.identity(), store.columns()))
     }
 }
 
-impl Statistics {
-    /// Computes the statistics of values given in the order of their indices, and sorts the values.
-    fn of(values: &mut [f64]) -> Self {
-        let count = values.len() as f64;
-        let mean = values.iter().sum::<f64>() / count;
-        values.sort_by(f64::total_cmp);
-        let (least, greatest) = (quantile(values, 0.0), quantile(values, 1.0));
-        let mean = within(mean, least, greatest);
-        let squares = values.iter().map(|value| (value - mean) * (value - mean));
-        let standard_deviation = (squares.sum::<f64>() / (count - 1.0)).sqrt();
+/// What is kept of the samples that have been read.
+struct Tally {
+    present: u64,
+    complete: u64,
+    failures: BTreeMap<&'static str, u64>,
+    columns: Vec<Column>,
+}
+
+impl Tally {
+    fn new(samples: u64, columns: usize) -> Self {
         Self {
-            mean,
-            standard_deviation,
-            least,
-            quantiles: LEVELS.map(|level| quantile(values, level)),
-            greatest,
+            present: 0,
+            complete: 0,
+            failures: BTreeMap::new(),
+            columns: (0..columns).map(|_| Column::new(samples)).collect(),
         }
     }
-}
 
-/// Clamps a mean to the range of its values, in case of rounding errors. NaN stays NaN.
-fn within(mean: f64, least: f64, greatest: f64) -> f64 {
-    if mean < least {
-        least
-    } else if mean > greatest {
-        greatest
-    } else {
-        mean
+    fn add(&mut self, row: Row) {
+        self.present += 1;
+        if let Some(failure) = row.failure {
+            *self.failures.entry(failure.kind.name()).or_default() += 1;
+            return;
+        }
+        self.complete += 1;
+        for (column, number) in self.columns.iter_mut().zip(row.numbers) {
+            column.add(number);
+        }
     }
-}
 
-/// Returns a quantile of values in ascending order.
-fn quantile(sorted: &[f64], level: f64) -> f64 {
-    let Some(last) = sorted.len().checked_sub(1) else {
-        return f64::NAN;
-    };
-    let place = level * last as f64;
-    let below = place.floor();
-    let (low, high) = (below as usize, (below as usize + 1).min(last));
-    let part = place - below;
-    // Equal values, including infinite ones, need no interpolation.
-    if part == 0.0 || sorted[low] == sorted[high] {
-        sorted[low]
-    } else {
-        sorted[low] + part * (sorted[high] - sorted[low])
+    fn finish(self, identity: &Identity, names: &[String]) -> Summary {
+        let columns = self.columns.into_iter().map(Column::finish);
+        let (statistics, histograms): (Vec<_>, _) = columns.unzip();
+        Summary {
+            scene: identity.scene.clone(),
+            identity: identity.hash.clone(),
+            seed: identity.seed,
+            integrator: identity.scheme.clone(),
+            samples: identity.samples,
+            present: self.present,
+            complete: self.complete,
+            failures: self.failures,
+            quantile_error: if self.complete > EXACT {
+                RANK_ERROR
+            } else {
+                0.0
+            },
+            columns: names.iter().cloned().zip(statistics).collect(),
+            histograms,
+        }
     }
 }
 
@@ -176,6 +136,10 @@ impl fmt::Display for Summary {
         if *complete == 0 {
             // There is nothing to tell statistics of.
             return Ok(());
+        }
+        if self.quantile_error > 0.0 {
+            let percent = 100.0 * self.quantile_error;
+            write!(f, "\nranks of quantiles within {percent} % of the samples")?;
         }
         let width = self.columns.iter().map(|(name, _)| name.len()).max();
         let width = width.unwrap_or(0);
@@ -202,41 +166,77 @@ impl fmt::Display for Summary {
 
 #[cfg(test)]
 mod tests {
+    use allocation_counter::measure;
+
     use super::*;
+    use crate::{Failure, FailureKind};
 
-    /// Expected values from numpy: `mean`, `std(ddof=1)`, `quantile`.
-    #[test]
-    fn statistics_are_those_of_textbooks() {
-        let mut values = [4.0, 1.0, 3.0, 2.0, 10.0];
-        let found = Statistics::of(&mut values);
-        assert_eq!(found.mean, 4.0);
-        assert!((found.standard_deviation - 3.535_533_905_932_737_8).abs() < 1e-15);
-        assert_eq!((found.least, found.greatest), (1.0, 10.0));
-        let expected = [1.2, 2.0, 3.0, 4.0, 8.8];
-        for (found, expected) in found.quantiles.into_iter().zip(expected) {
-            assert!((found - expected).abs() < 1e-14, "{found} for {expected}");
+    const COLUMNS: usize = 4;
+
+    fn tally(samples: u64) -> Tally {
+        let mut random = fastrand::Rng::with_seed(5);
+        let mut tally = Tally::new(1_000_000_000, COLUMNS);
+        for index in 0..samples {
+            let failed = random.u8(..) == 0;
+            tally.add(Row {
+                index,
+                steps: 1,
+                failure: failed.then(|| Failure {
+                    kind: FailureKind::Turn,
+                    message: String::new(),
+                }),
+                numbers: (0..COLUMNS).map(|_| random.f64()).collect(),
+            });
         }
+        tally
+    }
+
+    fn summary(samples: u64) -> Summary {
+        let identity = Identity {
+            hash: String::new(),
+            scene: "scene".into(),
+            seed: 1,
+            samples,
+            scheme: "lgvi".into(),
+            version: "1".into(),
+            part: 1024,
+        };
+        let names = ["a", "b", "c", "d"].map(str::to_owned);
+        tally(samples).finish(&identity, &names)
+    }
+
+    /// Ten times the samples add a few levels of the summaries of quantiles.
+    #[test]
+    fn memory_hardly_depends_on_the_number_of_samples() {
+        let most = |samples| measure(|| drop(tally(samples))).bytes_max / COLUMNS as u64;
+        let [less, more] = [200_000, 2_000_000].map(most);
+        assert!(more < 8 << 20, "{more} bytes a column");
+        assert!(more - less < 4 << 20, "{less} and {more} bytes a column");
     }
 
     #[test]
-    fn nothing_has_no_statistics() {
-        let found = Statistics::of(&mut []);
-        assert!(found.mean.is_nan() && found.least.is_nan() && found.quantiles[2].is_nan());
-        let one = Statistics::of(&mut [7.0]);
-        assert_eq!((one.mean, one.quantiles[0], one.greatest), (7.0, 7.0, 7.0));
-        assert!(one.standard_deviation.is_nan());
-    }
-
-    #[test]
-    fn what_lies_between_equal_values_is_their_value() {
-        let mut infinite = [f64::INFINITY; 4];
-        let mut same = [0.1; 10];
-        assert!(same.iter().sum::<f64>() / 10.0 < 0.1);
-        let found = Statistics::of(&mut same);
-        assert_eq!((found.mean, found.standard_deviation), (0.1, 0.0));
+    fn a_summary_states_the_error_of_its_quantiles() {
+        let exact = summary(60_000);
+        assert_eq!(exact.quantile_error, 0.0);
+        assert!(!exact.to_string().contains("quantiles"));
+        let summary = summary(70_000);
+        assert_eq!(summary.quantile_error, 1e-3);
+        let text = summary.to_string();
+        assert!(text.contains("ranks of quantiles within 0.1 % of the samples"));
+        let failed = summary.failures["turn"];
         assert_eq!(
-            Statistics::of(&mut infinite).quantiles,
-            infinite[0..1].repeat(5)[..]
+            (summary.present, summary.complete),
+            (70_000, 70_000 - failed)
         );
+        for (histogram, (_, statistics)) in summary.histograms.iter().zip(&summary.columns) {
+            let counted: u64 = histogram.bars().map(|(_, count)| count).sum();
+            assert_eq!(counted, summary.complete);
+            let levels = [0.05, 0.25, 0.5, 0.75, 0.95];
+            for (quantile, level) in statistics.quantiles.iter().zip(levels) {
+                // The error of the sketch, and four standard deviations of the samples.
+                let error = 1e-3 + 4.0 * (level * (1.0 - level) / 70_000_f64).sqrt();
+                assert!((quantile - level).abs() < error, "{quantile} for {level}");
+            }
+        }
     }
 }

@@ -60,10 +60,16 @@ pub(super) struct Batch<'a> {
     pub(super) members: &'a [Member],
     /// States, one vector per member.
     pub(super) states: Vec<Vec<BodyState>>,
+    /// Is told the number of steps since the last call.
+    pub(super) flown: &'a dyn Fn(u64),
 }
 
 impl<'a> Batch<'a> {
-    pub(super) fn new(flight: &'a Flight, members: &'a [Member]) -> Result<Self, FlyError> {
+    pub(super) fn new(
+        flight: &'a Flight,
+        members: &'a [Member],
+        flown: &'a dyn Fn(u64),
+    ) -> Result<Self, FlyError> {
         check_step(flight.h)?;
         let mut layouts = Vec::with_capacity(members.len());
         let mut all = Vec::with_capacity(members.len());
@@ -89,6 +95,7 @@ impl<'a> Batch<'a> {
             layout,
             members,
             states: all,
+            flown,
         })
     }
 
@@ -101,6 +108,7 @@ impl<'a> Batch<'a> {
             layout: self.layout.clone(),
             members,
             states: states.to_vec(),
+            flown: self.flown,
         })
     }
 }

@@ -8,6 +8,9 @@ use crate::integrator::warm_start::WarmStart;
 use crate::lane::Lane;
 use crate::rotation::FreeRotations;
 
+/// Steps after which a flight is told of.
+const BLOCK: u64 = 256;
+
 /// Integrates at most as many members as there are lanes.
 #[inline(always)]
 pub(super) fn fly<T: Lane>(token: T::Token, batch: &Batch, outcomes: &mut Vec<Outcome>) {
@@ -84,29 +87,35 @@ impl<'a, T: Lane> Flock<'a, T> {
         };
         self.attract(When::Begin);
         let mut known = true;
-        for step in 0..flight.steps {
-            if substeps > 1 {
-                self.begun.copy_from_slice(&self.states);
-            }
-            let thrust = self.thrust(step);
-            for _ in 0..substeps {
-                if !known {
-                    self.attract(When::Begin);
+        let mut begun = 0;
+        while begun < flight.steps {
+            let end = flight.steps.min(begun + BLOCK);
+            for step in begun..end {
+                if substeps > 1 {
+                    self.begun.copy_from_slice(&self.states);
                 }
-                known = self.substep(thrust.as_ref(), h);
-                if self.ends.failing() {
-                    let begun = if substeps > 1 {
-                        &self.begun
-                    } else {
-                        &self.states
-                    };
-                    if self.ends.ground(begun, step) {
-                        return;
+                let thrust = self.thrust(step);
+                for _ in 0..substeps {
+                    if !known {
+                        self.attract(When::Begin);
                     }
+                    known = self.substep(thrust.as_ref(), h);
+                    if self.ends.failing() {
+                        let begun = if substeps > 1 {
+                            &self.begun
+                        } else {
+                            &self.states
+                        };
+                        if self.ends.ground(begun, step) {
+                            return;
+                        }
+                    }
+                    self.warm_start.accept();
+                    std::mem::swap(&mut self.states, &mut self.next);
                 }
-                self.warm_start.accept();
-                std::mem::swap(&mut self.states, &mut self.next);
             }
+            (self.batch.flown)((end - begun) * self.batch.members.len() as u64);
+            begun = end;
         }
     }
 

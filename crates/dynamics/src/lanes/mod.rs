@@ -91,9 +91,24 @@ pub fn fly(
     width: Width,
     instructions: Instructions,
 ) -> Result<Vec<Outcome>, FlyError> {
+    fly_watched(flight, members, width, instructions, &|_| ())
+}
+
+/// Integrates like [`fly`], and passes the number of steps since the last call to `flown` every few hundred steps, summed over
+/// the members. Steps after the failure of a member may be counted.
+///
+/// # Errors
+/// Returns those of [`fly`].
+pub fn fly_watched(
+    flight: &Flight,
+    members: &[Member],
+    width: Width,
+    instructions: Instructions,
+    flown: &dyn Fn(u64),
+) -> Result<Vec<Outcome>, FlyError> {
     let mut outcomes = Vec::with_capacity(members.len());
     for members in members.chunks(width.lanes()) {
-        let batch = Batch::new(flight, members)?;
+        let batch = Batch::new(flight, members, flown)?;
         let level = instructions.level();
         match width {
             Width::One => kernel::fly::<f64>((), &batch, &mut outcomes),

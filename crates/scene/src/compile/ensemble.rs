@@ -5,8 +5,8 @@ use lgvi_dynamics::{MassDistribution, Mobility};
 use crate::file::{EnsembleFile, SpreadFile};
 use crate::{Ensemble, Scene, SceneError, Spread};
 
-/// Largest number of samples: summaries hold all their numbers in memory.
-const MOST_SAMPLES: u64 = 10_000_000;
+/// Largest number of samples: files are named by numbers of ten digits.
+const MOST_SAMPLES: u64 = 9_999_999_999;
 
 /// Largest standard deviation of the logarithm of mass or inertia. At this limit, the smallest of a million samples is
 /// about a ten-thousandth of the nominal value.

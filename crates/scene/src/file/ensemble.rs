@@ -4,7 +4,7 @@ use serde::Deserialize;
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EnsembleFile {
-    /// Number of samples, 1 to 10⁷.
+    /// Number of samples, 1 to 10¹⁰ − 1.
     pub samples: u64,
     /// Seed; together with its index it determines a sample.
     pub seed: u64,

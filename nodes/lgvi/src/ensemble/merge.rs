@@ -2,7 +2,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::Args;
-use lgvi_ensemble::{MergeOptions, merge as join};
+use lgvi_ensemble::{MergeOptions, Place, merge as join};
 use lgvi_middleware::node::NodeError;
 
 use super::failed;
@@ -13,7 +13,7 @@ use crate::values;
 /// The command line of `lgvi ensemble merge`.
 #[derive(Args)]
 pub(crate) struct Options {
-    /// Directories with the results to merge.
+    /// Directories with the results to merge, or URLs as of `lgvi ensemble run --output`.
     #[arg(required = true, value_parser = values::path())]
     directories: Vec<PathBuf>,
     /// Directory of the merged results, new or empty.
@@ -32,7 +32,14 @@ pub(crate) fn merge(options: &Options) -> Result<ExitCode, NodeError> {
     let allowed = MergeOptions {
         allow_gaps: options.allow_gaps,
     };
-    let (store, merged) = join(&options.directories, &options.output, allowed).map_err(failed)?;
+    let places = options.directories.iter().map(|place| Place::at(place));
+    let places = places.collect::<Result<Vec<_>, _>>().map_err(failed)?;
+    let output = Place::at(&options.output).map_err(failed)?;
+    if !output.is_directory() {
+        let message = format!("{output}: results are merged in a directory of this machine");
+        return Err(NodeError::Input(message));
+    }
+    let (store, merged) = join(places, &output.path(), allowed).map_err(failed)?;
     let remarks = match merged.missing {
         0 => Vec::new(),
         missing => vec![format!("{missing} samples are missing")],

@@ -1,5 +1,4 @@
-use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use lgvi_ensemble::{Store, Summary, draw};
 use lgvi_middleware::node::NodeError;
@@ -11,37 +10,52 @@ use crate::output::say;
 /// What an ensemble has come to, and where.
 #[derive(Serialize)]
 pub(crate) struct Report<'a> {
-    output: &'a Path,
+    output: PathBuf,
     #[serde(skip_serializing_if = "Option::is_none")]
     picture: Option<PathBuf>,
     remarks: &'a [String],
     #[serde(flatten)]
-    summary: &'a Summary,
+    summary: Option<&'a Summary>,
 }
 
 /// Writes summary and picture beside the parts, and says the summary; as JSON with the remarks.
 pub(crate) fn report(store: &Store, json: bool, remarks: &[String]) -> Result<(), NodeError> {
     let summary = Summary::of(store).map_err(failed)?;
-    let output = store.directory();
+    let place = store.place();
+    let write = |name: &str, text: &str| place.write(name, text.into()).map_err(failed);
     let text = serde_json::to_string_pretty(&summary).map_err(NodeError::runtime)?;
-    write(&output.join("summary.json"), &format!("{text}\n"))?;
-    write(&output.join("summary.txt"), &format!("{summary}\n"))?;
-    let picture = output.join("summary.svg");
-    let drawn = draw(&summary, &picture).map_err(failed)?;
+    write("summary.json", &format!("{text}\n"))?;
+    write("summary.txt", &format!("{summary}\n"))?;
+    let picture = draw(&summary).map_err(failed)?;
+    if let Some(picture) = &picture {
+        write("summary.svg", picture)?;
+    }
     if json {
         let report = Report {
-            output,
-            picture: drawn.then_some(picture),
+            output: place.path(),
+            picture: picture.map(|_| place.path().join("summary.svg")),
             remarks,
-            summary: &summary,
+            summary: Some(&summary),
         };
         return say(&serde_json::to_string(&report).map_err(NodeError::runtime)?);
     }
     say(&summary)?;
-    say(&format_args!("results in {}", output.display()))
+    say(&format_args!("results in {place}"))
 }
 
-fn write(path: &Path, text: &str) -> Result<(), NodeError> {
-    let failed = |error| NodeError::Runtime(format!("{}: {error}", path.display()));
-    fs::write(path, text).map_err(failed)
+/// Says where the parts of an ensemble are of which others fly the rest.
+pub(crate) fn say_place(store: &Store, json: bool, remarks: &[String]) -> Result<(), NodeError> {
+    let place = store.place();
+    if json {
+        let report = Report {
+            output: place.path(),
+            picture: None,
+            remarks,
+            summary: None,
+        };
+        return say(&serde_json::to_string(&report).map_err(NodeError::runtime)?);
+    }
+    say(&format_args!(
+        "results in {place}; a run without --range summarizes them"
+    ))
 }

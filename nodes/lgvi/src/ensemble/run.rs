@@ -9,7 +9,9 @@ use std::sync::atomic::AtomicBool;
 use clap::{Args, ValueEnum};
 use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
-use lgvi_ensemble::{self as ensemble, Campaign, Commands, FlownBy, Guidance, Settings, Store};
+use lgvi_ensemble::{
+    self as ensemble, Campaign, Commands, FlownBy, Guidance, Place, Settings, Store,
+};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_planner::NominalPlan;
@@ -18,7 +20,7 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
 use super::failed;
-use super::report::report;
+use super::report::{report, say_place};
 use crate::choosing::decided;
 use crate::output::say;
 use crate::scene_input::SceneInput;
@@ -44,8 +46,8 @@ pub(crate) struct Options {
     /// Fly only the samples A up to, but not including, B: a shard for `lgvi ensemble merge`.
     #[arg(long, value_name = "A..B", value_parser = range)]
     range: Option<Range<u64>>,
-    /// Directory of the results; an interrupted run in it is continued (default:
-    /// `flights/<scene>_ensemble`).
+    /// Directory of the results, or URL of a folder in an object store (s3://, gs://, az://) if the program was built with
+    /// `--features object-store`; an interrupted run in it is continued (default: `flights/<scene>_ensemble`).
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
     output: Option<PathBuf>,
     /// Print the summary as JSON.
@@ -118,6 +120,10 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         return Err(NodeError::Input(message));
     }
     let scene = options.input.load()?.scene;
+    let place = match &options.output {
+        Some(output) => Place::at(output).map_err(failed)?,
+        None => Place::from(&format!("flights/{}_ensemble", scene.name)),
+    };
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
     end_at_the_second_signal().map_err(NodeError::runtime)?;
     let scene = decided(scene, &shutdown).map_err(|error| match error {
@@ -134,21 +140,18 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
     if !options.json {
         remarks.iter().try_for_each(|remark| say(remark))?;
     }
-    let output = options
-        .output
-        .clone()
-        .unwrap_or_else(|| PathBuf::from(format!("flights/{}_ensemble", scene.name)));
-    let store = Store::create(&output, campaign.identity(), campaign.columns()).map_err(failed)?;
+    let store = Store::create(place, campaign.identity(), campaign.columns()).map_err(failed)?;
     let flight = ensemble::Options {
         range: options.range.clone(),
         threads: options.threads,
         width: options.lanes.into(),
     };
-    let bar = bars::bar("flying", 0, "samples");
+    let bar = bars::told("flying", 0);
     let told = Cell::new(false);
     let mut show = |now: ensemble::Progress| {
-        bar.set_length(now.wanted);
-        bar.set_position(now.done);
+        bar.set_length(now.wanted_steps);
+        bar.set_position(now.steps);
+        bar.set_message(format!("{}/{} samples", now.done, now.wanted));
     };
     let stop = || {
         let stop = shutdown.requested();
@@ -168,7 +171,13 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         }
         remarks.push(kept);
     }
-    report(&store, options.json, &remarks)?;
+    // Whoever flies the other ranges writes to the same folder.
+    let shard = !store.place().is_directory() && flown.wanted < campaign.samples();
+    if shard {
+        say_place(&store, options.json, &remarks)?;
+    } else {
+        report(&store, options.json, &remarks)?;
+    }
     if flown.is_complete() {
         return Ok(ExitCode::SUCCESS);
     }

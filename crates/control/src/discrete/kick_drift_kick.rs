@@ -72,10 +72,14 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     pub(super) fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
         let Transfer { field, body, .. } = self.transfer;
         let loads = self.coordinates.load(field.as_ref(), body, state);
-        let mut impulses = array::from_fn(|i| tau * (loads[i] + controls[i]));
-        if self.turns {
-            impulses[0] = tau * (loads[0] + state.attitude * controls[0]);
-        }
+        let turned;
+        let controls = if self.turns {
+            turned = turned_force(controls, &state.attitude);
+            &turned
+        } else {
+            controls
+        };
+        let impulses = array::from_fn(|i| tau * (loads[i] + controls[i]));
         self.coordinates.kick(&impulses, state);
     }
 
@@ -178,6 +182,18 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     ) -> Option<[Matrix3<f64>; 2]> {
         self.turns.then_some([begun.attitude, drifted.attitude])
     }
+}
+
+/// Controls whose first, a force in the body frame, is turned to the inertial one.
+#[cold]
+#[inline(never)]
+fn turned_force<const N: usize>(
+    controls: &[Vector3<f64>; N],
+    attitude: &Matrix3<f64>,
+) -> [Vector3<f64>; N] {
+    let mut turned = *controls;
+    turned[0] = attitude * turned[0];
+    turned
 }
 
 impl<C, const X: usize, const N: usize, const U: usize> DiscreteDynamics<X, U>

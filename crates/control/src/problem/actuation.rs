@@ -10,6 +10,9 @@ use super::transfer::invert;
 /// The largest number of commands.
 pub const MAX_COMMANDS: usize = 15;
 
+/// The number of commands up to which the solver and the sums are those of force and moment.
+pub(crate) const FEW: usize = 6;
+
 /// Commands `w` of an interval; zero beyond the last command.
 pub type Command = SVector<f64, MAX_COMMANDS>;
 
@@ -233,7 +236,11 @@ impl Actuation {
 
     /// `B w`; the force is in the body frame if the actuators are fixed to the body.
     pub fn load(&self, command: &Command) -> Load {
-        let load = self.matrix * command;
+        let load = if self.commands <= FEW {
+            self.matrix.fixed_columns::<FEW>(0) * command.fixed_rows::<FEW>(0)
+        } else {
+            self.matrix * command
+        };
         Load {
             force: load.fixed_rows::<3>(0).into_owned(),
             moment: load.fixed_rows::<3>(3).into_owned(),
@@ -242,7 +249,13 @@ impl Actuation {
 
     /// The cost of an interval's command: `(h/2) wᵀ W w`.
     pub fn cost(&self, h: f64, command: &Command) -> f64 {
-        0.5 * h * command.dot(&(self.weight * command))
+        let product = if self.commands <= FEW {
+            let command = command.fixed_rows::<FEW>(0);
+            command.dot(&(self.weight.fixed_view::<FEW, FEW>(0, 0) * command))
+        } else {
+            command.dot(&(self.weight * command))
+        };
+        0.5 * h * product
     }
 
     /// The cheapest command whose load is `load`, or comes nearest to it: `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺ u`. The force is in the axes of

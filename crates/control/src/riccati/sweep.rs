@@ -110,7 +110,7 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         }
         store(&gradient, &mut cost.gradient.data.0[0]);
         store(&offset, &mut cost.offset.data.0[0]);
-        let last = last_row(simd, U);
+        let last = last_row::<_, W, L>(simd, U);
         let mut mixed = [zero(simd); X];
         for (c, mixed) in mixed.iter_mut().enumerate() {
             *mixed = scaled(last, cost.gradient[c]);
@@ -250,7 +250,7 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         policy: &mut Policy<X, U>,
     ) -> Result<(), NotConvex> {
         let simd = self.simd;
-        let last = last_row(simd, U);
+        let last = last_row::<_, W, L>(simd, U);
         for c in 0..X {
             plus(&mut self.hessian[c], &load(simd, &model.state.data.0[c]));
             plus(&mut self.mixed[c], &load(simd, &model.mixed.data.0[c]));
@@ -330,8 +330,8 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
 
 /// A column of zeros except for a 1 in this row.
 #[inline(always)]
-fn last_row<S: Simd, const W: usize>(simd: S, row: usize) -> Column<S, W> {
-    let mut rows = [0.0; LANES];
+fn last_row<S: Simd, const W: usize, const L: usize>(simd: S, row: usize) -> Column<S, W> {
+    let mut rows = [0.0; L];
     rows[row] = 1.0;
     let mut column = zero(simd);
     for (four, rows) in column.iter_mut().zip(rows.as_chunks::<4>().0) {

@@ -24,6 +24,7 @@ pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
 use crate::newton::{Iterate, Newton, Unconstrained};
+use crate::problem::FEW;
 use crate::shooting::{Extremal, stacked};
 use crate::units::Units;
 use crate::{MAX_COMMANDS, Motion, Plan, Transfer};
@@ -111,8 +112,8 @@ fn both(
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    if transfer.actuation.commands() <= 6 {
-        Solver::new(Both::<6>, transfer, settings, observe).solve(start, again)
+    if transfer.actuation.commands() <= FEW {
+        Solver::new(Both::<FEW>, transfer, settings, observe).solve(start, again)
     } else {
         Solver::new(Both::<MAX_COMMANDS>, transfer, settings, observe).solve(start, again)
     }
@@ -131,13 +132,18 @@ pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanE
         commands: extremal
             .controls
             .iter()
-            .map(|load| Both::<6>.narrowed(&stacked(load)))
+            .map(|load| Both::<FEW>.narrowed(&stacked(load)))
             .collect(),
         // At the target, the variations of the conditions are those of the state: `ν = λ_{N−1}`.
         nu: extremal.multipliers.last().copied().unwrap_or_default(),
     };
     let mut unobserved = |_: &Progress| true;
-    let mut solver = Solver::new(Both::<6>, &own, &NewtonSettings::default(), &mut unobserved);
+    let mut solver = Solver::new(
+        Both::<FEW>,
+        &own,
+        &NewtonSettings::default(),
+        &mut unobserved,
+    );
     let newton = Newton::new(own.intervals, iterate);
     solver
         .finish(newton, &mut Unconstrained)

@@ -182,7 +182,9 @@ impl Plan {
         };
         let commands = &self.plan.solution().commands;
         let unit = self.scene.units.force();
-        let each = commands.iter().flat_map(|command| command.iter().take(count));
+        let each = commands
+            .iter()
+            .flat_map(|command| command.iter().take(count));
         let thrust = each.map(|thrust| thrust.max(0.0) * unit).collect();
         array(py, &[commands.len(), count], thrust)
     }

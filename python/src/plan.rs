@@ -242,13 +242,16 @@ impl Plan {
         array(py, &[states.len(), 3], each.collect())
     }
 
-    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none.
+    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none or the commands are thrusters.
     ///
     /// Rows are force (N, inertial frame) and moment (N m, body frame). Columns are the deviations of position (m), linear
     /// momentum (kg m/s), attitude log(R*ᵀR) (rad, body frame) and angular momentum (kg m²/s, body frame).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let gains = &self.plan.solution().feedback;
+        let gains = match self.plan.commands_thrusters() {
+            true => &[][..],
+            false => &self.plan.solution().feedback,
+        };
         let numbers = gains
             .iter()
             .flat_map(|gain| lgvi_common::gain_si(gain, &self.scene.units));

@@ -115,6 +115,30 @@ fn debug_and_release_builds_agree() {
     assert_eq!(debug, printed(&fly_in_release()));
 }
 
+/// Plans for thrusters that are made on the way take over from each other, and lead to the target.
+#[test]
+fn a_flight_by_thrusters_is_planned_anew_and_arrives() {
+    let world = World::new();
+    let text = std::fs::read_to_string(scene("thruster_rendezvous")).unwrap();
+    let keys = "commands = \"thrusters\"\nreplan = { every = 60, deadline = 1.0 }\n";
+    let path = world.path("replanned.toml");
+    std::fs::write(&path, text.replace("commands = \"thrusters\"\n", keys)).unwrap();
+    let (summary, bag) = world.fly_fast(&path, "replanned");
+    let plans = summary.replanned.unwrap();
+    // At steps 60 and 120; at 180 less than 60 steps would be left to a plan.
+    assert_eq!((plans.published, plans.kept), (2, 0));
+    let flown = summary.flight.unwrap();
+    let (miss, cost) = (flown.miss.unwrap(), flown.cost.unwrap());
+    assert!(miss.position < 1e-5 && miss.attitude < 1e-6, "{miss:?}");
+    let planned = summary.plan.unwrap().cost;
+    assert!(
+        (cost / planned - 1.0).abs() < 1e-5,
+        "{cost}, planned {planned}"
+    );
+    let recording = Recording::read(&bag);
+    world.verify_agrees(&bag, recording.on(STATE).count() as u64);
+}
+
 /// In lockstep the flight waits for its plans: how long they take, and how slow the machine is, does not matter.
 #[test]
 fn a_flight_planned_anew_does_not_depend_on_the_planners_speed() {

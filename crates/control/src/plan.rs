@@ -20,7 +20,7 @@ pub struct Plan {
     pub controls: Vec<Load>,
     /// Costate `λ_0 … λ_{N−1}` (4.26), paired with `[δx, δγ, ζ, δΠ]` at the end of each step.
     pub multipliers: Vec<SVector<f64, 12>>,
-    /// Gains `K_0 … K_{N−1}` (6×12) of the neighboring extremals: `u_{k+1} = u*_{k+1} − K_k δz_k`.
+    /// Gains `K_0 … K_{N−1}` (6×12) of the neighboring extremals: `u_{k+1} = u*_{k+1} − K_k δz_k`, in the axes of the controls.
     pub feedback: Vec<SMatrix<f64, 6, 12>>,
     /// The objective.
     pub cost: f64,

@@ -27,6 +27,8 @@ pub struct Maneuver {
     pub motion: Motion,
     /// Constraints along the path.
     pub constraints: Vec<Constraint>,
+    /// The limits of the body's thrusters, if these are the commands.
+    pub thrust_limit: Option<Constraint>,
     /// Range of durations, or `None` if the duration is fixed to that of the run.
     pub final_time: Option<FinalTime>,
     /// Settings of the solver.
@@ -118,10 +120,10 @@ impl Replan {
 impl Maneuver {
     /// Returns true if the commands are the forces of the body's thrusters.
     pub fn by_thrusters(&self) -> bool {
-        self.actuation.is_fixed_to_body()
+        self.thrust_limit.is_some()
     }
 
-    /// Returns the cost of a control over one step `h`, unless it is that of thrusters.
+    /// Returns the cost of a force and moment over one step `h`.
     pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
         self.actuation.cost_of(h, control)
     }
@@ -163,7 +165,8 @@ impl Scene {
             Some(moving) => Constraint::state(moving.later(start)),
             None => constraint.clone(),
         };
-        let constraints: Vec<_> = maneuver.constraints.iter().map(later).collect();
+        let constraints = maneuver.constraints.iter().map(later);
+        let constraints: Vec<_> = constraints.chain(maneuver.thrust_limit.clone()).collect();
         let transfer = Transfer::new(
             self.bodies[maneuver.body].body.clone(),
             self.gravity.on_body(maneuver.body, &self.bodies),
@@ -181,17 +184,23 @@ impl Scene {
         }))
     }
 
-    /// Returns a warning if the flight uses other steps than the plan, or thrusters that do more than the plan knows. The
+    /// Returns a warning if the flight uses other steps than the plan, or thrusters with pulses and delays. The
     /// maneuver then misses its target by the difference. A processed plan is meant for other steps and gives no warning.
     pub fn flown_otherwise(&self, scheme: Scheme) -> Option<String> {
         let maneuver = self.maneuver.as_ref()?;
-        if maneuver.by_thrusters() && self.has_real_thrusters(maneuver.body) {
-            return Some(
-                "the plan knows thrusters without propellant, pulses and delays: it will miss its target, unless it is \
-                 replanned on the way"
-                    .into(),
-            );
+        let pulsed = (maneuver.by_thrusters() && self.has_pulses(maneuver.body)).then(|| {
+            "the plan neglects the pulses and delays of the thrusters: it will miss its target"
+                .into()
+        });
+        let otherwise = self.in_other_steps(maneuver, scheme);
+        match (otherwise, pulsed) {
+            (Some(otherwise), Some(pulsed)) => Some(format!("{otherwise}; {pulsed}")),
+            (otherwise, pulsed) => otherwise.or(pulsed),
         }
+    }
+
+    /// Returns a warning if the flight uses other steps than the plan.
+    fn in_other_steps(&self, maneuver: &Maneuver, scheme: Scheme) -> Option<String> {
         let planned = match (maneuver.dynamics, scheme.method) {
             _ if maneuver.processed => return None,
             (Dynamics::LieEuler, Method::LieEuler(Rotor::Discrete))
@@ -214,15 +223,12 @@ impl Scene {
 }
 
 impl Scene {
-    /// Returns true if thrusters of a body use propellant, or do not follow their commands in each step.
-    fn has_real_thrusters(&self, body: usize) -> bool {
+    /// Returns true if thrusters of a body do not follow their commands in each step.
+    fn has_pulses(&self, body: usize) -> bool {
         let thrusters = self.bodies[body].body.thrusters();
         let mut each = thrusters.into_iter().flat_map(Thrusters::thrusters);
         each.any(|one| {
-            one.exhaust_velocity.is_finite()
-                || one.pulse_period >= 1.5 * self.h()
-                || one.minimum_impulse > 0.0
-                || one.delay > 0.0
+            one.pulse_period >= 1.5 * self.h() || one.minimum_impulse > 0.0 || one.delay > 0.0
         })
     }
 }

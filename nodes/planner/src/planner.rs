@@ -289,9 +289,7 @@ impl Planner {
         let sequence = self.publish(current.first_step, plan)?;
         self.account(PATIENCE);
         let controls = &sequence.plan.controls;
-        if sequence.thrusters == 0
-            && let Some(warning) = self.scene.coarse_steps(self.scheme, controls)
-        {
+        if let Some(warning) = self.scene.coarse_steps(self.scheme, controls) {
             Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);
         }
         let Iteration {

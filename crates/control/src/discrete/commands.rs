@@ -52,7 +52,11 @@ impl DecoupledCommands {
             matrix.fixed_view::<3, 1>(from, column).into_owned()
         };
         let alone = |column: &usize| {
-            part(*column, own) != Vector3::zeros() && part(*column, other) == Vector3::zeros()
+            // A force that turns with the body depends on the attitude.
+            let turns = actuation.is_fixed_to_body() && own == 0;
+            !turns
+                && part(*column, own) != Vector3::zeros()
+                && part(*column, other) == Vector3::zeros()
         };
         let mut matrix = Matrix3::zeros();
         let mut columns = [None; 3];

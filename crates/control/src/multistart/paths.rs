@@ -95,6 +95,7 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         field,
         initial,
         actuation,
+        inequalities,
         h,
         intervals,
         ..
@@ -109,6 +110,7 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         *position += aside * distance * detour.position;
         *attitude *= exp(&(TAU * turned * detour.loops)) * exp(&(aside * detour.attitude));
     }
+    let one_sided = inequalities.one_sided();
     let mut states = vec![*initial];
     let mut commands = Vec::with_capacity(*intervals);
     for k in 1..=*intervals {
@@ -129,14 +131,15 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         let carried = attitude.tr_mul(&before.attitude) * before.angular_momentum;
         let gravity = field.load(body, &position, &attitude);
         let force = (state.linear_momentum - before.linear_momentum) / *h - gravity.force;
-        commands.push(actuation.command(&Load {
+        let load = Load {
             force: if actuation.is_fixed_to_body() {
                 attitude.tr_mul(&force)
             } else {
                 force
             },
             moment: (state.angular_momentum - carried) / *h - gravity.moment,
-        }));
+        };
+        commands.push(actuation.allocated(&load, &one_sided));
         states.push(state);
     }
     Plan {

@@ -109,14 +109,16 @@ where
             .map_err(|source| (k, source))?;
         let missing = problem.steps.difference(&next, &states[k + 1]);
         // The effect of commands hardly differs from step to step, unless they turn with the body.
-        if fit.is_none() || linear.frames.is_some() {
-            problem
-                .steps
-                .linearize(k, &states[k], &idle, &mut linear)
-                .map_err(|source| (k, source))?;
-            fit = Some(fitted(&linear));
-        }
-        let (weighted, factor) = fit.get_or_insert_with(|| fitted(&linear));
+        let (weighted, factor) = match &fit {
+            Some(fit) if linear.frames.is_none() => fit,
+            _ => {
+                problem
+                    .steps
+                    .linearize(k, &states[k], &idle, &mut linear)
+                    .map_err(|source| (k, source))?;
+                fit.insert(fitted(&linear))
+            }
+        };
         let command = factor.as_ref().map_or_else(SVector::zeros, |factor| {
             factor.solve(&weighted.tr_mul(&missing))
         });

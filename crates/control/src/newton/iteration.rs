@@ -217,12 +217,20 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     }
                     return Ended::Converged;
                 }
-                Satisfied::ToRounding
-                    if meets
-                        || self.fly_home(problem, inequalities, tolerances.violation, standing)
-                            <= tolerances.violation =>
-                {
-                    return Ended::Converged;
+                Satisfied::ToRounding if meets => return Ended::Converged,
+                Satisfied::ToRounding => {
+                    let miss = self.fly_home(problem, inequalities, tolerances.violation, standing);
+                    if miss <= tolerances.violation {
+                        standing.violation = miss;
+                        return Ended::Converged;
+                    }
+                    if standing.iteration >= last {
+                        return Ended::Capped;
+                    }
+                    if miss < self.model.terminal(&self.model.miss) {
+                        standing.iteration += 1;
+                        continue;
+                    }
                 }
                 Satisfied::Never => return Ended::Infeasible,
                 // The commands do not change these conditions to first order.

@@ -1,7 +1,7 @@
 use std::ops::RangeInclusive;
 
 use lgvi_dynamics::Load;
-use lgvi_dynamics::thrusters::Thruster;
+use lgvi_dynamics::thrusters::{Thruster, Thrusters};
 use nalgebra::{Matrix3, SMatrix, SVD, SVector};
 use thiserror::Error;
 
@@ -73,6 +73,14 @@ pub enum ActuationError {
         /// Number of columns.
         found: usize,
     },
+    /// There are more or fewer weights than thrusters.
+    #[error("{found} weights for {expected} thrusters, expected one for each")]
+    Weights {
+        /// Number of weights.
+        found: usize,
+        /// Number of thrusters.
+        expected: usize,
+    },
     /// A column is zero, or a component is out of range.
     #[error(
         "column {command} of the actuation is {column:?}, expected 0 or numbers of a size from 1e-30 to 1e30, not all 0"
@@ -140,22 +148,27 @@ impl Actuation {
     }
 
     /// The actuation by a body's thrusters, whose commands are their forces, with a weight for each.
-    pub fn thrusters(
-        thrusters: &[Thruster],
-        weights: impl IntoIterator<Item = f64>,
-    ) -> Result<Self, ActuationError> {
+    pub fn thrusters(thrusters: &Thrusters, weights: &[f64]) -> Result<Self, ActuationError> {
+        let thrusters = thrusters.thrusters();
+        if weights.len() != thrusters.len() {
+            return Err(ActuationError::Weights {
+                found: weights.len(),
+                expected: thrusters.len(),
+            });
+        }
         let column = |thruster: &Thruster| {
             let moment = thruster.position.cross(&thruster.direction);
             let column = thruster.direction.iter().chain(&moment);
             SVector::<f64, 6>::from_iterator(column.copied()).into()
         };
+        let weights = weights.iter().copied();
         let columns: Vec<_> = thrusters.iter().map(column).zip(weights).collect();
         Self::actuators(&columns).map(Self::fixed_to_body)
     }
 
     /// The actuation with actuators that are fixed to the body, such as thrusters: forces are in the body frame, too, and
     /// turn with it. At each end of a step they have the attitude there.
-    pub fn fixed_to_body(self) -> Self {
+    pub(crate) fn fixed_to_body(self) -> Self {
         Self {
             fixed_to_body: true,
             gains: None,
@@ -268,10 +281,26 @@ impl Actuation {
         self.pseudo_inverse * load
     }
 
-    /// [`Actuation::command`] by the chosen commands alone: `chosen` is diagonal, with 1 for these and 0 for the others.
-    pub(crate) fn command_among(&self, chosen: &Weight, load: &Load) -> Command {
-        let load = SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
-        pseudo_inverse(&(self.matrix * chosen), &self.weight) * load
+    /// About the cheapest command of a load that is not negative where it must not be: the cheapest of all, without those
+    /// components that would have to be negative.
+    pub(crate) fn allocated(&self, load: &Load, one_sided: &[bool; MAX_COMMANDS]) -> Command {
+        let wanted =
+            SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
+        let mut used = Command::repeat(1.0);
+        let mut command = self.command(load);
+        for _ in 0..self.commands {
+            let shut = Command::from_fn(|i, _| {
+                let negative = one_sided[i] && command[i] < 0.0;
+                if negative { 0.0 } else { used[i] }
+            });
+            if shut == used {
+                break;
+            }
+            used = shut;
+            let chosen = self.matrix * Weight::from_diagonal(&used);
+            command = pseudo_inverse(&chosen, &self.weight) * wanted;
+        }
+        command
     }
 
     /// The cost of an interval's load: that of the cheapest command with this load, or with the load nearest to it.

@@ -53,8 +53,8 @@ fn blocks(rng: &mut Rng, size: f64, symmetric: bool) -> Blocks {
     blocks
 }
 
-/// A random step of either scheme, with its curvature: of center of mass and attitude, or of one of them. More commands than
-/// six turn with the body.
+/// A random step of either scheme, with its curvature: of center of mass and attitude, or of one of them. With more than six
+/// commands, forces turn with the body.
 fn step<const X: usize, const U: usize>(
     rng: &mut Rng,
     two_kicks: bool,

@@ -23,6 +23,8 @@ pub(super) struct Solver<'s, C> {
     pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
     /// What the next plan takes over from the plan before.
     pub(super) inherited: Option<Inherited>,
+    /// The plan for a force that does not turn with the body, once it is known.
+    pub(super) inertial: Option<Plan>,
 }
 
 /// Kinds of initial guesses.
@@ -85,6 +87,7 @@ impl<'s, C> Solver<'s, C> {
             coarse: settings.coarse.max(2),
             observe,
             inherited: None,
+            inertial: None,
         }
     }
 
@@ -149,7 +152,7 @@ impl<'s, C> Solver<'s, C> {
     {
         let mut first = None;
         let mut unsolvable = None;
-        if let Some(plan) = self.unturned()? {
+        if let Some(plan) = self.inertial_guess()? {
             match self.warm(&plan)? {
                 Err(failure) if failure.0 != Ended::Stopped => first = Some(failure),
                 done => return Ok(done),

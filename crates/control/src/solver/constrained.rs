@@ -36,7 +36,7 @@ impl<C> Solver<'_, C> {
                 done => return done,
             }
         }
-        if let Some(plan) = self.unturned()? {
+        if let Some(plan) = self.inertial_guess()? {
             let iterate = self.resampled(&plan)?;
             let newton = Newton::new(transfer.intervals, iterate);
             match self.impose(newton, None, set) {

@@ -10,6 +10,7 @@ mod drifted;
 mod error;
 mod finish;
 mod first;
+mod inertial_guess;
 mod neighboring;
 mod progress;
 mod relaxation;
@@ -17,7 +18,6 @@ mod resolution;
 mod scale;
 #[cfg(test)]
 mod tests;
-mod unturned;
 mod warm;
 
 pub use error::PlanError;

@@ -1,9 +1,10 @@
-//! Plans whose commands are thrusters: fixed to the body, of one side, and limited.
+//! Plans whose commands are thrusters: fixed to the body, one-sided, and limited.
 
 use fastrand::Rng;
 use lgvi_control::constraint::CommandLimit;
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, NewtonSettings, Plan, PlanError, Start, Transfer, miss, solve,
+    Actuation, Constraint, Dynamics, NewtonSettings, Plan, PlanError, SearchSettings, Start,
+    Transfer, miss, search, solve,
 };
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::integrator::Rotor;
@@ -63,18 +64,56 @@ fn ends(rng: &mut Rng) -> [BodyState; 2] {
     [at(first, rng), at(moved, rng)]
 }
 
+fn all(thrusters: Vec<Thruster>) -> Thrusters {
+    let none = Propellant {
+        mass: 0.0,
+        inertia: None,
+    };
+    Thrusters::new(thrusters, none).expect("thrusters")
+}
+
+fn actuation(thrusters: &[Thruster], weights: &[f64]) -> Actuation {
+    Actuation::thrusters(&all(thrusters.to_vec()), weights).expect("thrusters")
+}
+
+#[test]
+fn each_thruster_has_a_weight_and_a_direction_of_length_one() {
+    let long = Thruster::new(Vector3::y(), 3.0 * Vector3::x(), 1.0);
+    let one = actuation(&[long], &[2.0]);
+    let column = one.matrix().column(0);
+    assert_eq!(column.as_slice(), [1.0, 0.0, 0.0, 0.0, 0.0, -1.0]);
+    assert!(one.is_fixed_to_body());
+    let refused = Actuation::thrusters(&all(vec![long]), &[]);
+    let error = refused.expect_err("a weight is missing").to_string();
+    assert_eq!(error, "0 weights for 1 thrusters, expected one for each");
+}
+
+/// Random windings start with thrusts that are not negative, too.
+#[test]
+fn a_search_finds_the_plan_of_a_cold_start_or_a_cheaper_one() {
+    let mut rng = Rng::with_seed(54);
+    let [initial, target] = ends(&mut rng);
+    let transfer = transfer(initial, target, actuation(&pairs(), &[1.0; 12]))
+        .with_constraints(&[limited(&[])]);
+    let plan = planned(&transfer).expect("a plan");
+    let settings = SearchSettings {
+        starts: 3,
+        seed: 1,
+        newton: NewtonSettings::default(),
+    };
+    let minima = search(&transfer, &settings, |_| true).expect("minima");
+    assert!(minima[0].plan.cost <= plan.cost * (1.0 + 1e-6));
+    assert!(minima[0].plan.commands.iter().all(|w| w.min() > -1e-8));
+}
+
 /// The flight of a plan's commands by thrusters of these forces.
 fn flown(thrusters: &[Thruster], initial: BodyState, plan: &Plan, limit: f64) -> BodyState {
     let thrusters = thrusters.iter().map(|thruster| Thruster {
         thrust: limit,
         ..*thruster
     });
-    let none = Propellant {
-        mass: 0.0,
-        inertia: None,
-    };
     let count = thrusters.len();
-    let thrusters = Thrusters::new(thrusters.collect(), none).expect("thrusters");
+    let thrusters = all(thrusters.collect());
     let body = body().with_thrusters(thrusters).expect("a body");
     let system = System::new(vec![body], vec![Box::new(Central { gm: 1.0 })]);
     let method = Method::Lgvi(Rotor::default());
@@ -87,7 +126,7 @@ fn flown(thrusters: &[Thruster], initial: BodyState, plan: &Plan, limit: f64) ->
     simulation.states()[0]
 }
 
-/// Two opposite thrusters of one side are one command of both signs. The second problem has no inequalities.
+/// Two opposite one-sided thrusters are one command of both signs. The second problem has no inequalities.
 #[test]
 fn opposite_thrusters_are_planned_as_commands_of_both_signs() {
     let mut rng = Rng::with_seed(51);
@@ -96,10 +135,10 @@ fn opposite_thrusters_are_planned_as_commands_of_both_signs() {
     for _ in 0..6 {
         let [initial, target] = ends(&mut rng);
         let weights = [1.0, 1.0, 2.0, 2.0, 1.0, 1.0, 3.0, 3.0, 1.0, 1.0, 1.5, 1.5];
-        let apart = Actuation::thrusters(&thrusters, weights).expect("thrusters");
+        let apart = actuation(&thrusters, &weights);
         let apart = transfer(initial, target, apart).with_constraints(&[limited(&[])]);
-        let weights = weights.into_iter().step_by(2);
-        let together = Actuation::thrusters(&signed, weights).expect("thrusters");
+        let weights: Vec<_> = weights.into_iter().step_by(2).collect();
+        let together = actuation(&signed, &weights);
         let together = transfer(initial, target, together);
         let (plan, expected) = (
             planned(&apart).expect("a plan"),
@@ -127,7 +166,7 @@ fn thrusters_fly_their_plans_to_the_target_within_their_limits() {
         let count = 7 + round % 9;
         let thrusters = layout(&mut rng, count);
         let [initial, target] = ends(&mut rng);
-        let actuation = Actuation::thrusters(&thrusters, vec![1.0; count]).expect("thrusters");
+        let actuation = actuation(&thrusters, &vec![1.0; count]);
         let free = transfer(initial, target, actuation.clone()).with_constraints(&[limited(&[])]);
         let free = planned(&free).expect("a plan");
         let most = free.commands.iter().map(|w| w.amax()).fold(0.0, f64::max);
@@ -204,7 +243,7 @@ fn approaches_in_a_low_orbit_are_planned() {
         let spin = Vector3::zeros();
         BodyState::from_velocities(&body, position, velocity, frame * exp(&turn), spin)
     };
-    let actuation = Actuation::thrusters(&pairs(), [1.0; 12]).expect("thrusters");
+    let actuation = actuation(&pairs(), &[1.0; 12]);
     let mut shares = Vec::new();
     for round in 0..10 {
         let initial = at(vector(&mut rng, 40.0), 0.0, Vector3::zeros());

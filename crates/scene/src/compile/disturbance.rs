@@ -8,9 +8,19 @@ pub(super) fn disturbance(
     scene: &Scene,
     file: &DisturbanceFile,
 ) -> Result<Disturbance, SceneError> {
-    if scene.maneuver.is_none() {
+    let Some(maneuver) = &scene.maneuver else {
         let expected = "none without a `maneuver`, whose body it disturbs";
         return Err(SceneError::value("disturbance.seed", file.seed, expected));
+    };
+    for (key, error) in [
+        ("force_error", file.force_error),
+        ("moment_error", file.moment_error),
+    ] {
+        if maneuver.by_thrusters() && error != 0.0 {
+            let expected = "0 where the commands of the maneuver are \"thrusters\"";
+            let key = format!("disturbance.{key}");
+            return Err(SceneError::value(key, error, expected));
+        }
     }
     Ok(Disturbance {
         seed: file.seed,

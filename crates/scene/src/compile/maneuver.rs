@@ -43,14 +43,13 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     let mut predictions = Predictions::new(scene, body);
     let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
     let given = &file.constraints;
-    let mut constraints =
-        constraints::constraints(scene, given, motion, &actuation, &mut predictions)?;
-    constraints.extend(thrusters.map(actuation::limits).transpose()?);
+    let constraints = constraints::constraints(scene, given, motion, &actuation, &mut predictions)?;
     let maneuver = Maneuver {
         body,
         target,
         predicted: file.target.relative_to.is_some(),
         constraints,
+        thrust_limit: thrusters.map(actuation::limits).transpose()?,
         actuation,
         dynamics: dynamics(scene, file),
         processed: file.processed,

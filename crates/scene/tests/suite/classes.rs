@@ -167,10 +167,9 @@ fn thrusters_are_commands_with_their_places_and_limits() {
     assert_eq!(matrix.column(1).as_slice(), [0.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(actuation.weight().diagonal().as_slice()[..2], [3.0, 5.0]);
     let limits = CommandLimit::new(&[0.5, 4.0]).map(CommandLimit::one_sided);
-    assert_eq!(
-        maneuver.constraints,
-        [Constraint::commands(limits.unwrap())]
-    );
+    assert!(maneuver.constraints.is_empty());
+    let limits = limits.map(Constraint::commands).ok();
+    assert_eq!(maneuver.thrust_limit, limits);
     assert_eq!(
         maneuver.thrust_cost([2.0, 1.0].into_iter(), 0.1),
         0.05 * (3.0 * 4.0 + 5.0)
@@ -226,6 +225,31 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
             "commands = \"thrusters\"\ndynamics = \"lie_euler\"",
             SECOND,
             "maneuver.dynamics",
+        ),
+        (
+            with,
+            &format!("{SECOND}\nexhaust_velocity = 2000\n[bodies.propellant]\nmass = 0.1"),
+            "a plan keeps the mass constant",
+        ),
+        (
+            &format!("{with}\nconstraints = [{{ kind = \"force_components\", limit = 1 }}]"),
+            SECOND,
+            "maneuver.constraints[0].kind",
+        ),
+        (
+            with,
+            &format!("{SECOND}\n[disturbance]\nseed = 1\nforce_error = 0.1"),
+            "disturbance.force_error",
+        ),
+        (
+            "commands = \"thrusters\"\nprocessed = true",
+            SECOND,
+            "maneuver.commands",
+        ),
+        (
+            "commands = \"thrusters\"\nsolver = { method = \"shooting\" }",
+            SECOND,
+            "maneuver.commands",
         ),
         ("commands = \"wheels\"", SECOND, "thrusters"),
     ] {

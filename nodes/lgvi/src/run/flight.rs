@@ -105,9 +105,13 @@ pub(crate) fn fly(
             course.start(NodeKind::Planner, planner)?;
         }
         course.start(NodeKind::Propagator, propagator)?;
-        let steered = scene.maneuver.as_ref().filter(|_| !planned);
-        let steered = steered.map(|maneuver| &scene.bodies[maneuver.body].name);
-        if let Some(body) = steered.filter(|body| !options.await_wrench.contains(body)) {
+        let maneuver = scene.maneuver.as_ref().filter(|_| !planned);
+        let steered = maneuver.map(|maneuver| &scene.bodies[maneuver.body].name);
+        let awaited = match maneuver {
+            Some(maneuver) if maneuver.by_thrusters() => &options.await_thrust,
+            _ => &options.await_wrench,
+        };
+        if let Some(body) = steered.filter(|body| !awaited.contains(body)) {
             course.progress.say(&format!(
                 "waiting at step 0 for a control sequence for {body} on /lgvi_propagator/control_sequence \
                  (lgvi_msgs/msg/ControlSequence); Ctrl-C ends the wait"

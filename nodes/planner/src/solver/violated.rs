@@ -45,11 +45,13 @@ impl Violated {
             by,
             given,
         } = *self;
-        let (kind, amount) = match constraints.get(number) {
-            Some(constraint) => (constraint.name(), amount(scene, constraint, by)),
-            None => ("constraint", format!("{by:.1e}")),
+        let violates = match constraints.get(number) {
+            Some(constraint) => {
+                let (kind, amount) = (constraint.name(), amount(scene, constraint, by));
+                format!("violates {kind} (maneuver.constraints[{number}]) by {amount}")
+            }
+            None => format!("violates the limit of a thruster by {:.2} %", 100.0 * by),
         };
-        let violates = format!("violates {kind} (maneuver.constraints[{number}]) by {amount}");
         if given {
             format!(
                 "infeasible: the start or the target fixes the state at step {step}, which {violates}"

@@ -166,9 +166,13 @@ impl Config {
         if !chosen.is_empty() {
             scene = scene.decided(&chosen).map_err(NodeError::input)?;
         }
-        let awaited: Vec<String> = parameters.get("await_wrench")?;
-        let steered = scene.maneuver.as_ref();
-        let steered = steered.map(|maneuver| &scene.bodies[maneuver.body].name);
+        let maneuver = scene.maneuver.as_ref();
+        let awaited = match maneuver {
+            Some(maneuver) if maneuver.by_thrusters() => "await_thrust",
+            _ => "await_wrench",
+        };
+        let awaited: Vec<String> = parameters.get(awaited)?;
+        let steered = maneuver.map(|maneuver| &scene.bodies[maneuver.body].name);
         let await_control = parameters
             .get_optional("await_control")?
             .unwrap_or(steered.is_some_and(|body| !awaited.contains(body)));

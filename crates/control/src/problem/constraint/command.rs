@@ -48,6 +48,18 @@ impl CommandInequality {
         }
     }
 
+    /// The inequality in the units of the commands, where it has none of its own: `b` is 0.
+    pub(super) fn normalized(self) -> Self {
+        let size = self.linear.amax();
+        if self.limit != 0.0 || size == 0.0 {
+            return self;
+        }
+        Self {
+            linear: self.linear / size,
+            ..self
+        }
+    }
+
     /// The inequality on commands `v` from which `selection` makes the commands `w = E v`.
     pub(crate) fn of<const V: usize>(
         &self,

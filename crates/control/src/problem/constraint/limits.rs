@@ -4,7 +4,7 @@ use super::{CommandConstraint, CommandInequality, Place};
 use crate::problem::parameter::limit;
 use crate::problem::{Actuation, Command, MAX_COMMANDS, ParameterError};
 
-/// A limit on each command: `|w_i| ≤ limit_i`, or `0 ≤ w_i ≤ limit_i` for actuators of one side, such as thrusters. An infinite
+/// A limit on each command: `|w_i| ≤ limit_i`, or `0 ≤ w_i ≤ limit_i` for one-sided actuators such as thrusters. An infinite
 /// limit is no limit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct CommandLimit {

@@ -4,7 +4,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
 use super::{CommandInequality, Constraint, Place, StateConstraint};
-use crate::problem::{Actuation, TerminalSet};
+use crate::problem::{Actuation, Command, MAX_COMMANDS, TerminalSet};
 use crate::units::Units;
 
 /// All inequalities of a transfer.
@@ -64,6 +64,15 @@ impl InequalitySet {
         all
     }
 
+    /// For each command, true if it must not be negative.
+    pub(crate) fn one_sided(&self) -> [bool; MAX_COMMANDS] {
+        let none = Command::zeros();
+        std::array::from_fn(|command| {
+            let mut rows = self.command.iter();
+            rows.any(|row| row.value(&none) == 0.0 && row.gradient(&none)[command] < 0.0)
+        })
+    }
+
     /// True if there are no inequalities.
     pub(crate) fn is_empty(&self) -> bool {
         self.command.is_empty() && self.state.is_empty()
@@ -77,7 +86,11 @@ impl InequalitySet {
             ..row.clone()
         };
         Self {
-            command: self.command.iter().map(|row| row.of(&commands)).collect(),
+            command: self
+                .command
+                .iter()
+                .map(|row| row.of(&commands).normalized())
+                .collect(),
             state: self.state.iter().map(state).collect(),
         }
     }

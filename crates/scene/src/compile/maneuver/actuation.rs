@@ -1,6 +1,6 @@
 use lgvi_control::constraint::CommandLimit;
 use lgvi_control::{Actuation, ActuationError, Constraint, MAX_COMMANDS, Motion};
-use lgvi_dynamics::thrusters::{Thruster, Thrusters};
+use lgvi_dynamics::thrusters::Thrusters;
 use nalgebra::{Matrix3, Vector3};
 
 use super::moves;
@@ -15,7 +15,7 @@ pub(super) fn actuation(
     thrusters: Option<&Thrusters>,
 ) -> Result<Actuation, SceneError> {
     if let Some(thrusters) = thrusters {
-        return by_thrusters(file, thrusters.thrusters());
+        return by_thrusters(file, thrusters);
     }
     if let Some(weight) = &file.thruster_weight {
         let expected = "none unless `commands` is \"thrusters\"";
@@ -48,7 +48,8 @@ pub(super) fn actuation(
     Actuation::actuators(&columns).map_err(refuse)
 }
 
-fn by_thrusters(file: &ManeuverFile, thrusters: &[Thruster]) -> Result<Actuation, SceneError> {
+fn by_thrusters(file: &ManeuverFile, all: &Thrusters) -> Result<Actuation, SceneError> {
+    let thrusters = all.thrusters();
     let count = thrusters.len();
     for (key, given) in [
         ("actuators", file.actuators.is_some()),
@@ -60,6 +61,14 @@ fn by_thrusters(file: &ManeuverFile, thrusters: &[Thruster]) -> Result<Actuation
             let key = format!("maneuver.{key}");
             return Err(SceneError::value(key, "given", expected));
         }
+    }
+    if let Some(one) = thrusters
+        .iter()
+        .find(|one| one.exhaust_velocity.is_finite())
+    {
+        let expected = "a body whose thrusters have none: a plan keeps the mass constant";
+        let key = "bodies.thrusters.exhaust_velocity";
+        return Err(SceneError::value(key, one.exhaust_velocity, expected));
     }
     if count > MAX_COMMANDS {
         let expected = format!("a body with at most {MAX_COMMANDS} thrusters");
@@ -76,7 +85,7 @@ fn by_thrusters(file: &ManeuverFile, thrusters: &[Thruster]) -> Result<Actuation
     for weight in &weights {
         check::positive(key, *weight)?;
     }
-    Actuation::thrusters(thrusters, weights).map_err(|error| {
+    Actuation::thrusters(all, &weights).map_err(|error| {
         let expected = format!("weights and thrusters of sizes that can be compared: {error}");
         SceneError::value(key, given, expected)
     })
@@ -123,6 +132,9 @@ fn refuse(error: ActuationError) -> SceneError {
         ActuationError::Commands { found } => {
             let expected = format!("1 to {MAX_COMMANDS} actuators");
             SceneError::value("maneuver.actuators", found, expected)
+        }
+        ActuationError::Weights { found, .. } => {
+            SceneError::value("maneuver.thruster_weight", found, "one for each thruster")
         }
         ActuationError::CommandWeight { command, weight } => SceneError::value(
             format!("maneuver.actuators[{command}].weight"),

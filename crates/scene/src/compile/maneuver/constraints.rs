@@ -122,6 +122,11 @@ fn check_motion(key: &str, constraint: &Constraint, motion: Motion) -> Result<()
 }
 
 impl ConstraintFile {
+    /// Whether it limits components in inertial axes.
+    pub(super) fn is_of_inertial_axes(&self) -> bool {
+        matches!(self, Self::ForceComponents { .. })
+    }
+
     pub(super) fn relative_to(&self) -> Option<&RelativeFile> {
         match self {
             Self::KeepOutCone { relative_to, .. }

@@ -1,6 +1,7 @@
 use lgvi_control::{Dynamics, Motion};
 use lgvi_dynamics::Method;
 
+use super::ConstraintFile;
 use crate::file::{
     FinalTimeFile, ManeuverFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile,
 };
@@ -14,6 +15,9 @@ const MAX_STARTS: u32 = 10_000;
 
 /// Largest number of steps of a sequence with feedback: the capacity of shared memory.
 const MAX_FEEDBACK_STEPS: u64 = 100_000;
+
+/// Largest number of forces of thrusters in a sequence, likewise.
+const MAX_THRUST_NUMBERS: u64 = 10_000_000;
 
 /// Tolerance within which the bounds of a duration count as whole steps (steps).
 const ROUNDING: f64 = 1e-6;
@@ -119,7 +123,10 @@ pub(super) fn check_combination(
                             second order or higher";
             return Err(SceneError::value("maneuver.processed", true, expected));
         }
-        let beyond = [("dynamics", maneuver.dynamics != Dynamics::LieEuler)];
+        let beyond = [
+            ("commands", file.commands.is_some()),
+            ("dynamics", maneuver.dynamics != Dynamics::LieEuler),
+        ];
         check_plain(maneuver, &beyond, "`processed` is true")?;
     }
     if maneuver.by_thrusters() {
@@ -134,6 +141,23 @@ pub(super) fn check_combination(
             ("dynamics", "\"lie_euler\"", "\"lgvi\"", !flown),
             ("feedback", "true", "false", maneuver.feedback),
         ];
+        let numbers = scene
+            .steps
+            .saturating_mul(maneuver.actuation.commands() as u64);
+        if numbers > MAX_THRUST_NUMBERS {
+            let most = MAX_THRUST_NUMBERS / maneuver.actuation.commands() as u64;
+            let expected = format!("at most {most} steps for a plan of so many thrusters");
+            return Err(SceneError::value("run.steps", scene.steps, expected));
+        }
+        let inertial = file
+            .constraints
+            .iter()
+            .position(ConstraintFile::is_of_inertial_axes);
+        if let Some(index) = inertial {
+            let key = format!("maneuver.constraints[{index}].kind");
+            let expected = "a kind without inertial axes where `commands` is \"thrusters\"";
+            return Err(SceneError::value(key, "force_components", expected));
+        }
         if let Some((key, value, expected, _)) = others.iter().find(|(.., given)| *given) {
             return Err(SceneError::Value {
                 line: None,

@@ -11,13 +11,12 @@ use super::class::{Both, Class};
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
 use crate::problem::{InequalitySet, Weight};
-use crate::{Actuation, Command, MAX_COMMANDS, Plan, Sweep, Transfer};
+use crate::{Actuation, Motion, Plan, Sweep, Transfer};
 
 impl<C> Solver<'_, C> {
     /// The plan without inequalities for a force of any direction, with the commands that come nearest to it. Returns `None`
-    /// if the actuators are not fixed to the body, if they exert no force or moment in a direction, or if there is no such
-    /// plan.
-    pub(super) fn unturned<const X: usize, const U: usize>(
+    /// if the actuators are not fixed to the body, if they exert no force or lack a moment, or if there is no such plan.
+    pub(super) fn inertial_guess<const X: usize, const U: usize>(
         &mut self,
     ) -> Result<Option<Plan>, PlanError>
     where
@@ -32,16 +31,27 @@ impl<C> Solver<'_, C> {
             iterations: self.tolerances.iterations,
             coarse: self.coarse,
         };
-        let mut made = [0; 2];
+        if let Some(plan) = &self.inertial {
+            return Ok(Some(plan.clone()));
+        }
+        let before = [self.standing.iteration, self.standing.trials];
+        let mut made = before;
         let observe = &mut *self.observe;
         let mut watch = |now: &Progress| {
-            made = [now.iteration, now.trials];
-            observe(now)
+            made = [before[0] + now.iteration, before[1] + now.trials];
+            observe(&Progress {
+                iteration: made[0],
+                trials: made[1],
+                ..*now
+            })
         };
         let found = Solver::new(Both::<6>, &free, &settings, &mut watch).solve(Start::Cold, false);
         [self.standing.iteration, self.standing.trials] = made;
         match found {
-            Ok(plan) => Ok(Some(turned(self.transfer, plan))),
+            Ok(plan) => {
+                self.inertial = Some(turned(self.transfer, plan));
+                Ok(self.inertial.clone())
+            }
             Err(stopped @ PlanError::Stopped { .. }) => Err(stopped),
             Err(_) => Ok(None),
         }
@@ -51,13 +61,16 @@ impl<C> Solver<'_, C> {
 /// The transfer without inequalities, with force and moment as commands, whose weights are about those of the actuators.
 fn free(transfer: &Transfer) -> Option<Transfer> {
     let actuation = &transfer.actuation;
-    if !actuation.is_fixed_to_body() {
+    if !actuation.is_fixed_to_body() || transfer.motion != Motion::Full {
         return None;
     }
     let inverse = Weight::from_diagonal(&actuation.weight().diagonal().map(f64::recip));
     let compliance = actuation.matrix() * inverse * actuation.matrix().transpose();
     // On the average over attitudes.
     let force = compliance.fixed_view::<3, 3>(0, 0).trace() / 3.0;
+    if force <= 0.0 {
+        return None;
+    }
     let moment = compliance.fixed_view::<3, 3>(3, 3).into_owned();
     let moment = moment.cholesky()?.inverse();
     let symmetric = 0.5 * (moment + moment.transpose());
@@ -72,7 +85,7 @@ fn free(transfer: &Transfer) -> Option<Transfer> {
 
 /// A plan with commands of actuators that are fixed to the body, in the mean of the attitudes at both ends of each step.
 fn turned(transfer: &Transfer, plan: Plan) -> Plan {
-    let one_sided = one_sided(&transfer.inequalities);
+    let one_sided = transfer.inequalities.one_sided();
     let each = plan.controls.iter().zip(plan.states.windows(2));
     let commands = each.map(|(load, ends)| {
         let mean: SMatrix<f64, 3, 3> = 0.5 * (ends[0].attitude + ends[1].attitude);
@@ -80,7 +93,7 @@ fn turned(transfer: &Transfer, plan: Plan) -> Plan {
             force: mean.tr_mul(&load.force),
             moment: load.moment,
         };
-        allocated(&transfer.actuation, &load, &one_sided)
+        transfer.actuation.allocated(&load, &one_sided)
     });
     Plan {
         commands: commands.collect(),
@@ -88,34 +101,4 @@ fn turned(transfer: &Transfer, plan: Plan) -> Plan {
         sweep: Sweep::default(),
         ..plan
     }
-}
-
-/// For each command, true if it must not be negative.
-fn one_sided(inequalities: &InequalitySet) -> [bool; MAX_COMMANDS] {
-    let none = Command::zeros();
-    std::array::from_fn(|command| {
-        let mut rows = inequalities.command.iter();
-        rows.any(|row| row.value(&none) == 0.0 && row.gradient(&none)[command] < 0.0)
-    })
-}
-
-/// About the cheapest commands of a load that are not negative where they must not be: the cheapest of all, without those
-/// that would have to be negative.
-fn allocated(actuation: &Actuation, load: &Load, one_sided: &[bool; MAX_COMMANDS]) -> Command {
-    let mut used = [true; MAX_COMMANDS];
-    let mut command = actuation.command(load);
-    for _ in 0..actuation.commands() {
-        let negative = |i: &usize| one_sided[*i] && command[*i] < 0.0;
-        let shut: Vec<_> = (0..actuation.commands()).filter(negative).collect();
-        if shut.is_empty() {
-            break;
-        }
-        for i in shut {
-            used[i] = false;
-        }
-        let selection =
-            Weight::from_diagonal(&Command::from_fn(|i, _| f64::from(u8::from(used[i]))));
-        command = actuation.command_among(&selection, load);
-    }
-    command
 }

@@ -249,7 +249,7 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
         (
             "commands = \"thrusters\"\nsolver = { method = \"shooting\" }",
             SECOND,
-            "maneuver.commands",
+            "where `solver.method` is",
         ),
         ("commands = \"wheels\"", SECOND, "thrusters"),
     ] {

@@ -85,7 +85,7 @@ const COARSEST: f64 = 1e-5;
 
 /// Relative error of the products of slack and multiplier, stationarity, and number of consecutive checks for which
 /// only rounding errors are left. A rounding error ε of `g` changes the multipliers by `y² ε/β`.
-const ROUGH_GAP: f64 = 1e-2;
+const ROUGH_GAP: f64 = 1e-3;
 const ROUGH_ERROR: f64 = 1e-5;
 const ROUGH_TIMES: u32 = 4;
 

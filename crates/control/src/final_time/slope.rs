@@ -116,10 +116,7 @@ fn changes(
             moment: state.angular_momentum,
         };
         let sign = if at == 0 { 1.0 } else { -1.0 };
-        let mut control = *control;
-        if transfer.actuation.is_fixed_to_body() {
-            control.force = r * control.force;
-        }
+        let control = transfer.actuation.in_inertial_axes(control, r);
         let load = impulses(&(field.load(body, x, r) + control));
         let mut change = (sign * impulses(&momenta) + 2.0 * lengths[at] * load) / h;
         if let Some(free) = free {

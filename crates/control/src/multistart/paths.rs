@@ -131,14 +131,8 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         let carried = attitude.tr_mul(&before.attitude) * before.angular_momentum;
         let gravity = field.load(body, &position, &attitude);
         let force = (state.linear_momentum - before.linear_momentum) / *h - gravity.force;
-        let load = Load {
-            force: if actuation.is_fixed_to_body() {
-                attitude.tr_mul(&force)
-            } else {
-                force
-            },
-            moment: (state.angular_momentum - carried) / *h - gravity.moment,
-        };
+        let moment = (state.angular_momentum - carried) / *h - gravity.moment;
+        let load = actuation.in_own_axes(&Load { force, moment }, &attitude);
         commands.push(actuation.allocated(&load, &one_sided));
         states.push(state);
     }

@@ -260,6 +260,25 @@ impl Actuation {
         }
     }
 
+    /// A load in the axes of [`Actuation::load`], from one whose force is in the inertial frame.
+    pub(crate) fn in_own_axes(&self, load: &Load, attitude: &Matrix3<f64>) -> Load {
+        self.turned(load, &attitude.transpose())
+    }
+
+    /// A load whose force is in the inertial frame, from one in the axes of [`Actuation::load`].
+    pub fn in_inertial_axes(&self, load: &Load, attitude: &Matrix3<f64>) -> Load {
+        self.turned(load, attitude)
+    }
+
+    fn turned(&self, load: &Load, turn: &Matrix3<f64>) -> Load {
+        if self.fixed_to_body {
+            let force = turn * load.force;
+            Load { force, ..*load }
+        } else {
+            *load
+        }
+    }
+
     /// The cost of an interval's command: `(h/2) wᵀ W w`.
     pub fn cost(&self, h: f64, command: &Command) -> f64 {
         let product = if self.commands <= FEW {
@@ -274,7 +293,7 @@ impl Actuation {
     /// The cheapest command whose load is `load`, or comes nearest to it: `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺ u`. The force is in the axes of
     /// [`Actuation::load`].
     pub fn command(&self, load: &Load) -> Command {
-        let load = SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
+        let load = stacked(load);
         if self.gains.is_some() {
             return load.fixed_resize(0.0);
         }
@@ -284,8 +303,7 @@ impl Actuation {
     /// About the cheapest command of a load that is not negative where it must not be: the cheapest of all, without those
     /// components that would have to be negative.
     pub(crate) fn allocated(&self, load: &Load, one_sided: &[bool; MAX_COMMANDS]) -> Command {
-        let wanted =
-            SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
+        let wanted = stacked(load);
         let mut used = Command::repeat(1.0);
         let mut command = self.command(load);
         for _ in 0..self.commands {
@@ -307,6 +325,11 @@ impl Actuation {
     pub fn cost_of(&self, h: f64, load: &Load) -> f64 {
         self.cost(h, &self.command(load))
     }
+}
+
+/// Force and moment in one vector.
+pub(crate) fn stacked(load: &Load) -> SVector<f64, 6> {
+    SVector::from_iterator(load.force.iter().chain(&load.moment).copied())
 }
 
 /// `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺` for a diagonal weight.

@@ -10,7 +10,7 @@ pub mod terminal;
 mod transfer;
 
 pub use actuation::{Actuation, ActuationError, Command, MAX_COMMANDS};
-pub(crate) use actuation::{Effects, FEW, Weight};
+pub(crate) use actuation::{Effects, FEW, Weight, stacked};
 pub use comparable::Comparable;
 pub(crate) use constraint::{CommandInequality, InequalitySet, StateInequality};
 pub use constraint::{Constraint, Place};

@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 use thiserror::Error;
 
 use super::step::{Sensitivity, Step};
-use crate::problem::{Vector12, block};
+use crate::problem::{Vector12, block, stacked};
 use crate::{Command, Transfer};
 
 /// The reason why an extremal does not reach its end.
@@ -111,7 +111,7 @@ fn sweep(
         if !(state.is_finite() && control.is_finite()) {
             return Err(ExtremalError::NotFinite { step });
         }
-        cost += transfer.actuation.cost(transfer.h, &stacked(&control));
+        cost += transfer.actuation.cost(transfer.h, &command(&control));
         controls.push(control);
         multipliers.push(lambda);
         states.push(state);
@@ -133,8 +133,7 @@ fn control([force, moment]: &[Matrix3<f64>; 2], lambda: &Vector12) -> Load {
     }
 }
 
-/// Force and moment in one vector.
-pub(crate) fn stacked(load: &Load) -> Command {
-    let load = SVector::<f64, 6>::from_iterator(load.force.iter().chain(&load.moment).copied());
-    load.fixed_resize(0.0)
+/// The command that is force and moment themselves.
+fn command(load: &Load) -> Command {
+    stacked(load).fixed_resize(0.0)
 }

@@ -10,7 +10,6 @@ use lgvi_lie::right_jacobian_inverse;
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-pub(crate) use self::extremal::stacked;
 pub use self::extremal::{Extremal, ExtremalError, integrate, integrate_with_sensitivity};
 pub(crate) use self::step::inverse;
 use crate::newton::strictness;

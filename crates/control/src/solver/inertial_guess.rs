@@ -3,7 +3,6 @@
 //! A smooth path far from a free flight needs great forces. If these turn with the body, Newton's method turns the body to
 //! be rid of them, and strays. A plan with forces in the inertial frame is an ordinary one, and near the plan that is wanted.
 
-use lgvi_dynamics::Load;
 use nalgebra::{Matrix3, SMatrix};
 
 use super::attempt::Solver;
@@ -89,10 +88,7 @@ fn turned(transfer: &Transfer, plan: Plan) -> Plan {
     let each = plan.controls.iter().zip(plan.states.windows(2));
     let commands = each.map(|(load, ends)| {
         let mean: SMatrix<f64, 3, 3> = 0.5 * (ends[0].attitude + ends[1].attitude);
-        let load = Load {
-            force: mean.tr_mul(&load.force),
-            moment: load.moment,
-        };
+        let load = transfer.actuation.in_own_axes(load, &mean);
         transfer.actuation.allocated(&load, &one_sided)
     });
     Plan {

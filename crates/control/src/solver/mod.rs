@@ -24,8 +24,8 @@ pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
 use crate::newton::{Iterate, Newton, Unconstrained};
-use crate::problem::FEW;
-use crate::shooting::{Extremal, stacked};
+use crate::problem::{FEW, stacked};
+use crate::shooting::Extremal;
 use crate::units::Units;
 use crate::{MAX_COMMANDS, Motion, Plan, Transfer};
 use attempt::Solver;
@@ -129,11 +129,7 @@ pub fn certified(transfer: &Transfer, extremal: &Extremal) -> Result<Plan, PlanE
     let extremal = units.enter_extremal(extremal);
     let iterate = Iterate {
         states: extremal.states.clone(),
-        commands: extremal
-            .controls
-            .iter()
-            .map(|load| Both::<FEW>.narrowed(&stacked(load)))
-            .collect(),
+        commands: extremal.controls.iter().map(stacked).collect(),
         // At the target, the variations of the conditions are those of the state: `ν = λ_{N−1}`.
         nu: extremal.multipliers.last().copied().unwrap_or_default(),
     };

@@ -102,12 +102,9 @@ impl Picture<'_> {
         let chosen = self.sequence.plan.states.iter().zip(controls);
         for (id, (state, control)) in (0..).zip(chosen.step_by(stride)) {
             if norm(control) >= LEAST * largest {
-                let force = if self.maneuver.by_thrusters() {
-                    state.attitude * control.force
-                } else {
-                    control.force
-                };
-                let arrow = force * (LONGEST * self.size / largest);
+                let actuation = &self.maneuver.actuation;
+                let control = actuation.in_inertial_axes(control, &state.attitude);
+                let arrow = control.force * (LONGEST * self.size / largest);
                 let tip = state.position + arrow;
                 drawing.arrow("thrust", id, [state.position, tip], color::THRUST);
             }

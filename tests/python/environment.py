@@ -17,8 +17,9 @@ ROOT = HERE.parents[1]
 
 @contextlib.contextmanager
 def held(environment):
-    """Keeps other processes from an environment."""
+    """Keeps other processes from an environment, and colcon from the Python packages in it."""
     environment.parent.mkdir(parents=True, exist_ok=True)
+    (environment.parent / "COLCON_IGNORE").touch()
     with environment.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         yield

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x4};
 use lgvi_lie::Quaternion;
 use nalgebra::{Matrix3, Vector3};
 
-use super::jet::{Jet, Lanes, cross, evaluate, jet};
+use super::jet::{Integral, Jet, Lanes, cross, evaluate, jet};
 use super::lever::Lever;
 use super::places::{Place, Places};
 use super::rotation::{Matrix, Rotation};
@@ -20,6 +20,7 @@ const LEAST_MOTION: f64 = 0.1;
 pub(super) struct Body {
     mobility: Mobility,
     mass: f64,
+    inverse_mass: f64,
     /// Radius of gyration.
     length: f64,
     moments: Vector3<f64>,
@@ -60,6 +61,7 @@ impl Body {
         Self {
             mobility: *body.mobility(),
             mass: body.mass(),
+            inverse_mass: 1.0 / body.mass(),
             length: (0.5 * body.inertia().matrix().trace() / body.mass()).sqrt(),
             moments,
             axes,
@@ -206,15 +208,14 @@ impl Body {
         }
     }
 
-    /// Sets coefficient n of the attitude, and coefficient n + 1 of the quaternion. `inverse` is the unit of time divided
-    /// by n + 1.
+    /// Sets coefficient n of the attitude, and coefficient n + 1 of the quaternion.
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, inverse: f64) {
+    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, integral: Integral) {
         self.moment = Lanes::default();
         if self.turns {
-            self.rotation.turn(simd, n, inverse);
+            self.rotation.turn(simd, n, integral);
             for torque in &mut self.torques {
-                torque.turn(simd, n, inverse, &self.rotation);
+                torque.turn(simd, n, integral, &self.rotation);
             }
         }
     }
@@ -228,10 +229,9 @@ impl Body {
         }
     }
 
-    /// Sets coefficient n + 1 of position, velocity and angular velocity from coefficient n of the forces. `inverse` is the
-    /// unit of time divided by n + 1.
+    /// Sets coefficient n + 1 of position, velocity and angular velocity from coefficient n of the forces.
     #[inline(always)]
-    pub(super) fn accelerate<S: Simd>(&mut self, simd: S, n: usize, inverse: f64, places: &Places) {
+    pub(super) fn accelerate<S: Simd>(&mut self, simd: S, n: usize, integral: Integral, places: &Places) {
         match &self.mobility {
             Mobility::Free => {
                 let mut force = f64x4::splat(simd, 0.0);
@@ -241,8 +241,8 @@ impl Body {
                 if n == 0 {
                     force += self.constant_force.load(simd);
                 }
-                self.velocity[n + 1] = (force * (inverse / self.mass)).into();
-                self.position[n + 1] = (self.velocity[n].load(simd) * inverse).into();
+                self.velocity[n + 1] = integral.of(force * self.inverse_mass).into();
+                self.position[n + 1] = integral.of(self.velocity[n].load(simd)).into();
             }
             Mobility::Driven(drive) => {
                 let mut velocity = cross(simd, &drive.rate, self.position[n].load(simd));
@@ -250,7 +250,7 @@ impl Body {
                     let v: [f64; 3] = drive.velocity.into();
                     velocity += Lanes::vector(v).load(simd);
                 }
-                self.position[n + 1] = (velocity * inverse).into();
+                self.position[n + 1] = integral.of(velocity).into();
                 return;
             }
             Mobility::Pivoted => {}
@@ -258,7 +258,7 @@ impl Body {
         }
         if self.turns {
             let moment = self.moment(simd, n, places);
-            self.rotation.accelerate(simd, n, inverse, moment);
+            self.rotation.accelerate(simd, n, integral, moment);
         }
     }
 

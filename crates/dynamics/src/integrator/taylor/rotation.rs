@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 use nalgebra::Vector3;
 
-use super::jet::{Jet, Lanes, convolve, jet};
+use super::jet::{Integral, Jet, Lanes, convolve, jet};
 
 /// The coefficients of a body's attitude and angular velocity in its principal axes.
 pub(super) struct Rotation {
@@ -117,10 +117,9 @@ impl Rotation {
         self.rotated[1][n] = Lanes([z, x, y, 0.0]);
     }
 
-    /// Sets coefficient n of the matrix and coefficient n + 1 of the quaternion, from those up to n. `inverse` is the unit
-    /// of time divided by n + 1.
+    /// Sets coefficient n of the matrix and coefficient n + 1 of the quaternion, from those up to n.
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, inverse: f64) {
+    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, integral: Integral) {
         let (q, omega) = (&self.q[..=n], &self.omega[..=n]);
         let [yzx, zxy] = [&self.rotated[0][..=n], &self.rotated[1][..=n]];
         let zero = f64x4::splat(simd, 0.0);
@@ -139,7 +138,7 @@ impl Rotation {
             let u = Vector3::new(x, y, z);
             let next = w * (rate + spin) + rate.cross(&u) + u.cross(spin);
             let next = [-(rate + spin).dot(&u), next.x, next.y, next.z];
-            self.q[n + 1] = Lanes(next.map(|c| c * inverse));
+            self.q[n + 1] = integral.of(Lanes(next).load(simd)).into();
             return;
         }
         let (mut x, mut y, mut z, mut gyroscopic) = (zero, zero, zero, zero);
@@ -152,25 +151,25 @@ impl Rotation {
         });
         self.free = (gyroscopic * self.gyroscopic.load(simd)).into();
         let [x, y, z]: [[f64; 4]; 3] = [x.into(), y.into(), z.into()];
-        let half = 0.5 * inverse;
-        self.q[n + 1] = Lanes([
-            -half * (x[1] + y[2] + z[3]),
-            half * (x[0] + z[2] - y[3]),
-            half * (y[0] + x[3] - z[1]),
-            half * (z[0] + y[1] - x[2]),
+        let twice = Lanes([
+            -(x[1] + y[2] + z[3]),
+            x[0] + z[2] - y[3],
+            y[0] + x[3] - z[1],
+            z[0] + y[1] - x[2],
         ]);
+        self.q[n + 1] = integral.of(twice.load(simd) * 0.5).into();
     }
 
-    /// Sets coefficient n + 1 of ω from coefficient n of the moment. `inverse` is the unit of time divided by n + 1.
+    /// Sets coefficient n + 1 of ω from coefficient n of the moment.
     #[inline(always)]
     pub(super) fn accelerate<S: Simd>(
         &mut self,
         simd: S,
         n: usize,
-        inverse: f64,
+        integral: Integral,
         moment: f64x4<S>,
     ) {
         let rate = self.free.load(simd) + moment * self.inverse.load(simd);
-        self.set_omega(n + 1, (rate * inverse).into());
+        self.set_omega(n + 1, integral.of(rate).into());
     }
 }

@@ -3,7 +3,7 @@
 use fearless_simd::{Level, Simd};
 
 use super::body::{Body, greater};
-use super::jet::Lanes;
+use super::jet::{Integral, Lanes};
 use super::multipoles::Multipoles;
 use super::oblate::Oblate;
 use super::places::{Place, Places};
@@ -96,9 +96,9 @@ fn expand<S: Simd>(simd: S, series: &mut Series, order: usize) {
         ..
     } = series;
     for n in 0..order {
-        let inverse = *unit / (n + 1) as f64;
+        let integral = Integral::new(*unit, n);
         for body in bodies.iter_mut() {
-            body.turn(simd, n, inverse);
+            body.turn(simd, n, integral);
         }
         places.force.fill(Lanes::default());
         for (place, at) in places.all.iter().zip(&mut places.at) {
@@ -118,7 +118,7 @@ fn expand<S: Simd>(simd: S, series: &mut Series, order: usize) {
             multipoles.add_loads(simd, n, places, bodies);
         }
         for body in bodies.iter_mut() {
-            body.accelerate(simd, n, inverse, places);
+            body.accelerate(simd, n, integral, places);
         }
     }
 }

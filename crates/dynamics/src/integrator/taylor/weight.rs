@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x4};
 use lgvi_lie::Quaternion;
 use nalgebra::Vector3;
 
-use super::jet::{Jet, Lanes, convolve, jet};
+use super::jet::{Integral, Jet, Lanes, convolve, jet};
 use super::rotation::Rotation;
 
 /// A uniform field on a body.
@@ -47,9 +47,9 @@ impl Torque {
         self.field[1][0] = zxy;
     }
 
-    /// Sets coefficient n + 1 of the field. `inverse` is the unit of time divided by n + 1.
+    /// Sets coefficient n + 1 of the field.
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, inverse: f64, rotation: &Rotation) {
+    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, integral: Integral, rotation: &Rotation) {
         let [yzx, zxy] = [&self.field[0][..=n], &self.field[1][..=n]];
         let [omega_yzx, omega_zxy] = rotation.rotated(n);
         let zero = f64x4::splat(simd, 0.0);
@@ -58,7 +58,7 @@ impl Torque {
             plus += yzx[j].load(simd) * omega_zxy[k].load(simd);
             minus += zxy[j].load(simd) * omega_yzx[k].load(simd);
         });
-        let next: [f64; 4] = ((plus - minus) * inverse).into();
+        let next: [f64; 4] = integral.of(plus - minus).into();
         let [x, y, z, _] = next;
         self.field[0][n + 1] = Lanes([y, z, x, 0.0]);
         self.field[1][n + 1] = Lanes([z, x, y, 0.0]);

@@ -5,7 +5,7 @@ use fearless_simd::{Simd, f64x4};
 use lgvi_lie::Quaternion;
 use nalgebra::{Matrix3, Vector3};
 
-use super::jet::{Integral, Jet, Lanes, cross, evaluate, jet};
+use super::jet::{Integral, Jet, Lanes, Remainder, changes, cross, jet};
 use super::lever::Lever;
 use super::places::{Place, Places};
 use super::rotation::{Matrix, Rotation};
@@ -28,6 +28,8 @@ pub(super) struct Body {
     axes: Option<Matrix3<f64>>,
     position: Jet,
     velocity: Jet,
+    /// Of position, velocity and angular velocity.
+    remainders: [Remainder; 3],
     rotation: Rotation,
     /// True if the rotation is expanded. Without moments it is known in closed form.
     turns: bool,
@@ -67,6 +69,7 @@ impl Body {
             axes,
             position: jet(order),
             velocity: jet(order),
+            remainders: Default::default(),
             rotation,
             turns: matrix,
             lever: None,
@@ -148,6 +151,7 @@ impl Body {
 
     /// Begins at a state.
     pub(super) fn begin(&mut self, body: &RigidBody, state: &BodyState) {
+        self.remainders = Default::default();
         self.position[0] = Lanes::vector(state.position.into());
         self.velocity[0] = Lanes::vector(state.velocity(body).into());
         let attitude = self
@@ -171,23 +175,40 @@ impl Body {
     /// Begins at time t of the expansion, in its unit.
     #[inline(always)]
     pub(super) fn begin_at<S: Simd>(&mut self, simd: S, t: f64) {
-        let [x, v, q, omega] = self.at(simd, t);
-        self.position[0] = x;
-        self.velocity[0] = v;
-        self.begin_rotation(q, omega);
+        let [x, v, q, omega] = self.changes(simd, t);
+        let rotation = &self.rotation;
+        let [lost_x, lost_v, lost_omega] = &mut self.remainders;
+        self.position[0] = lost_x.add(simd, &self.position[0], x);
+        self.velocity[0] = lost_v.add(simd, &self.velocity[0], v);
+        let omega = lost_omega.add(simd, &rotation.omega[0], omega);
+        let q = rotation.q[0].load(simd) + q;
+        self.begin_rotation(q.into(), omega);
     }
 
     /// Position, velocity, quaternion and angular velocity at time t of the expansion, in its unit.
     #[inline(always)]
     fn at<S: Simd>(&self, simd: S, t: f64) -> [Lanes; 4] {
+        let [x, v, q, omega] = self.changes(simd, t);
+        let rotation = &self.rotation;
+        let [lost_x, lost_v, lost_omega] = &self.remainders;
+        [
+            lost_x.sum(simd, &self.position[0], x),
+            lost_v.sum(simd, &self.velocity[0], v),
+            (rotation.q[0].load(simd) + q).into(),
+            lost_omega.sum(simd, &rotation.omega[0], omega),
+        ]
+    }
+
+    /// The changes of position, velocity, quaternion and angular velocity from the beginning to time t of the expansion.
+    #[inline(always)]
+    fn changes<S: Simd>(&self, simd: S, t: f64) -> [f64x4<S>; 4] {
         let Rotation { q, omega, .. } = &self.rotation;
         if self.turns && self.mobility == Mobility::Free {
-            let [x, v, q, omega] = evaluate(simd, [&self.position, &self.velocity, q, omega], t);
-            return [x.into(), v.into(), q.into(), omega.into()];
+            return changes(simd, [&self.position, &self.velocity, q, omega], t);
         }
-        let [x, v] = evaluate(simd, [&self.position, &self.velocity], t);
-        let [q, omega] = evaluate(simd, [q, omega], t);
-        [x.into(), v.into(), q.into(), omega.into()]
+        let [x, v] = changes(simd, [&self.position, &self.velocity], t);
+        let [q, omega] = changes(simd, [q, omega], t);
+        [x, v, q, omega]
     }
 
     /// Sets `state` to that at time t of the expansion, in its unit, but leaves the rotation if it is not expanded.
@@ -231,7 +252,13 @@ impl Body {
 
     /// Sets coefficient n + 1 of position, velocity and angular velocity from coefficient n of the forces.
     #[inline(always)]
-    pub(super) fn accelerate<S: Simd>(&mut self, simd: S, n: usize, integral: Integral, places: &Places) {
+    pub(super) fn accelerate<S: Simd>(
+        &mut self,
+        simd: S,
+        n: usize,
+        integral: Integral,
+        places: &Places,
+    ) {
         match &self.mobility {
             Mobility::Free => {
                 let mut force = f64x4::splat(simd, 0.0);

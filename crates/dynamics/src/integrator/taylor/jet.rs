@@ -103,9 +103,32 @@ pub(super) fn cross<S: Simd>(simd: S, a: &Vector3<f64>, b: f64x4<S>) -> f64x4<S>
     minus * rotated(simd, b_rotated) - plus * b_rotated
 }
 
-/// The value at time t.
+/// What rounding has left out of a number to which every step adds: compensated summation, by Knuth's exact sum of two.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Remainder(Lanes);
+
+impl Remainder {
+    /// The number with a change, for an output within the step.
+    #[inline(always)]
+    pub(super) fn sum<S: Simd>(&self, simd: S, number: &Lanes, change: f64x4<S>) -> Lanes {
+        (number.load(simd) + (change + self.0.load(simd))).into()
+    }
+
+    /// Adds a change to the number; returns the sum.
+    #[inline(always)]
+    pub(super) fn add<S: Simd>(&mut self, simd: S, number: &Lanes, change: f64x4<S>) -> Lanes {
+        let number = number.load(simd);
+        let change = change + self.0.load(simd);
+        let sum = number + change;
+        let added = sum - number;
+        self.0 = ((number - (sum - added)) + (change - added)).into();
+        sum.into()
+    }
+}
+
+/// The changes from time 0 to t.
 #[inline(always)]
-pub(super) fn evaluate<S: Simd, const COUNT: usize>(
+pub(super) fn changes<S: Simd, const COUNT: usize>(
     simd: S,
     jets: [&Jet; COUNT],
     t: f64,
@@ -116,9 +139,6 @@ pub(super) fn evaluate<S: Simd, const COUNT: usize>(
         for (sum, jet) in sums.iter_mut().zip(jets) {
             *sum = (*sum + jet[k].load(simd)) * t;
         }
-    }
-    for (sum, jet) in sums.iter_mut().zip(jets) {
-        *sum += jet[0].load(simd);
     }
     sums
 }

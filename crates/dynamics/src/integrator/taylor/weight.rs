@@ -49,7 +49,13 @@ impl Torque {
 
     /// Sets coefficient n + 1 of the field.
     #[inline(always)]
-    pub(super) fn turn<S: Simd>(&mut self, simd: S, n: usize, integral: Integral, rotation: &Rotation) {
+    pub(super) fn turn<S: Simd>(
+        &mut self,
+        simd: S,
+        n: usize,
+        integral: Integral,
+        rotation: &Rotation,
+    ) {
         let [yzx, zxy] = [&self.field[0][..=n], &self.field[1][..=n]];
         let [omega_yzx, omega_zxy] = rotation.rotated(n);
         let zero = f64x4::splat(simd, 0.0);

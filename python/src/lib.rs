@@ -13,6 +13,7 @@ mod plan;
 mod scene;
 mod simulation;
 mod state;
+mod sweep;
 mod toml_value;
 mod trajectory;
 mod watch;

@@ -71,6 +71,9 @@ class Scene:
         threads: int = 0,
         progress: _Progress | None = None,
     ) -> Table: ...
+    def sweep(
+        self, vary: Mapping[str, Sequence[Any] | NDArray[Any]], *, threads: int = 0, progress: _Progress | None = None
+    ) -> Table: ...
     def gravity(self, position_m: ArrayLike, attitude_xyzw: ArrayLike) -> tuple[_Floats, _Floats, _Floats]: ...
 
 @final

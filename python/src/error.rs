@@ -131,6 +131,11 @@ pub(crate) fn step(py: Python<'_>, scene: &Scene, step: u64, error: &StepError) 
     exception!(py, "FlightError", (message, step, time))
 }
 
+/// A matrix or quaternion with a defect; `place` is where it is.
+pub(crate) fn rotation(py: Python<'_>, place: &str, defect: &str) -> PyErr {
+    exception!(py, "RotationError", (format!("{place}: {defect}"),))
+}
+
 pub(crate) fn controls(py: Python<'_>, error: impl Display) -> PyErr {
     exception!(py, "ControlError", (error.to_string(),))
 }

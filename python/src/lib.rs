@@ -3,6 +3,7 @@
 mod arrays;
 mod bag;
 mod controls;
+mod dataset;
 mod ensemble;
 mod error;
 mod flight;
@@ -17,6 +18,7 @@ mod sweep;
 mod toml_value;
 mod trajectory;
 mod watch;
+mod wheels;
 
 use pyo3::prelude::*;
 

@@ -470,6 +470,11 @@ impl Scene {
     ///     Moments about the centers of mass (N m), body frame.
     /// potential_j : ndarray, shape (n,)
     ///     Potential energies (J).
+    ///
+    /// Raises
+    /// ------
+    /// RotationError
+    ///     The norm of a quaternion is not 1 to 1e-9.
     fn gravity<'py>(
         &self,
         py: Python<'py>,

@@ -50,7 +50,7 @@ pub(crate) fn fly<'py>(
             }
             compile(combination)?;
         }
-        fly_all(&all, threads, &fly, &mut |flown| {
+        fly_all(&all, threads, fly, |flown| {
             watch.go_on(flown as f64 / count)
         })
     });

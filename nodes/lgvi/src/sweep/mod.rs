@@ -123,7 +123,7 @@ fn fly(
         let scene = options.input.with(combination.settings())?;
         Ok(Flown::of(scene, drawn.contains(&index), go_on))
     };
-    let flown = fly_all::<_, NodeError>(combinations, threads, &fly, &mut |flown| {
+    let flown = fly_all::<_, NodeError>(combinations, threads, fly, |flown| {
         bar.set_position(flown as u64);
         !shutdown.requested()
     });

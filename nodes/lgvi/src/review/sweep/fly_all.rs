@@ -19,8 +19,8 @@ const LOOK: Duration = Duration::from_millis(50);
 pub fn fly_all<T: Send, E: Send>(
     combinations: &[Combination],
     threads: usize,
-    fly: &(dyn Fn(usize, &Combination, &dyn Fn() -> bool) -> Result<Option<T>, E> + Sync),
-    go_on: &mut dyn FnMut(usize) -> bool,
+    fly: impl Fn(usize, &Combination, &dyn Fn() -> bool) -> Result<Option<T>, E> + Sync,
+    mut go_on: impl FnMut(usize) -> bool,
 ) -> Result<Option<Vec<T>>, E> {
     let threads = match threads {
         0 => thread::available_parallelism().map_or(1, usize::from),
@@ -33,7 +33,7 @@ pub fn fly_all<T: Send, E: Send>(
     thread::scope(|scope| {
         let (sender, receiver) = channel();
         for _ in 0..threads.min(combinations.len()) {
-            let (next, places, sender) = (&next, &places, sender.clone());
+            let (fly, next, places, sender) = (&fly, &next, &places, sender.clone());
             scope.spawn(move || {
                 while goes_on() {
                     let index = next.fetch_add(1, Ordering::Relaxed);

@@ -4,18 +4,15 @@ use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::to_quaternion;
 use lgvi_scene::Scene;
 use nalgebra::Vector3;
-use numpy::ndarray::{ArrayD, IxDyn};
-use numpy::{
-    AllowTypeChange, IntoPyArray, PyArrayDyn, PyArrayLike1, PyArrayLike2, PyArrayLikeDyn,
-    PyUntypedArray,
-};
-use pyo3::exceptions::PyValueError;
+use numpy::ndarray::{ArrayD, ArrayViewD, IxDyn};
+use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
+use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 
 /// An array of any shape.
 pub(crate) type Array<'py> = Bound<'py, PyArrayDyn<f64>>;
 
-/// Hands numbers over as an array of this shape, without a copy.
+/// Hands numbers over as an array of this shape, without a copy. It is the caller's to change.
 pub(crate) fn array<'py>(
     py: Python<'py>,
     shape: &[usize],
@@ -24,6 +21,37 @@ pub(crate) fn array<'py>(
     let array = ArrayD::from_shape_vec(IxDyn(shape), numbers);
     let array = array.map_err(|error| PyValueError::new_err(error.to_string()))?;
     Ok(array.into_pyarray(py))
+}
+
+/// The same, but it cannot be changed: it belongs to an object that does not change either.
+pub(crate) fn read_only<'py>(
+    py: Python<'py>,
+    shape: &[usize],
+    numbers: Vec<f64>,
+) -> PyResult<Array<'py>> {
+    let array = array(py, shape, numbers)?;
+    array.try_readwrite()?.make_nonwriteable();
+    Ok(array)
+}
+
+/// An empty vector with room for so many elements, or a `MemoryError`. An array of NumPy whose strides are 0 may have more
+/// elements than there is memory.
+pub(crate) fn room<T>(count: usize) -> PyResult<Vec<T>> {
+    let mut elements = Vec::new();
+    elements.try_reserve_exact(count).map_err(|_| {
+        let size = size_of::<T>();
+        PyMemoryError::new_err(format!(
+            "{count} elements of {size} bytes do not fit into memory"
+        ))
+    })?;
+    Ok(elements)
+}
+
+/// The elements of an array by rows, or a `MemoryError`.
+fn elements(array: ArrayViewD<'_, f64>) -> PyResult<Vec<f64>> {
+    let mut elements = room(array.len())?;
+    elements.extend(array.iter());
+    Ok(elements)
 }
 
 /// Vectors of all states, one after another.
@@ -93,40 +121,61 @@ pub(crate) fn forces(scene: &Scene, loads: &[Load]) -> [Vec<f64>; 2] {
     ]
 }
 
-/// The same, or a copy of an array whose elements are not aligned, as in packed records: its strides are no whole numbers of
-/// elements.
-pub(crate) fn aligned<'py>(object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
-    match object.cast::<PyUntypedArray>() {
-        Ok(array) if !array.getattr("flags")?.get_item("ALIGNED")?.is_truthy()? => {
-            array.call_method0("copy")
-        }
-        _ => Ok(object.clone()),
+/// Reads an array of real numbers, which is copied if NumPy has them in another type or order of bytes, or not aligned. Memory that
+/// there is not is a `MemoryError`.
+pub(crate) fn real<'py>(
+    object: &Bound<'py, PyAny>,
+    name: &str,
+) -> PyResult<PyReadonlyArrayDyn<'py, f64>> {
+    if let Ok(array) = object.cast::<PyArrayDyn<f64>>()
+        && array.getattr("flags")?.get_item("ALIGNED")?.is_truthy()?
+    {
+        return Ok(array.try_readonly()?);
     }
+    let py = object.py();
+    let numpy = py.import("numpy")?;
+    let array = numpy.call_method1("asarray", (object,)).map_err(|error| {
+        match error.is_instance_of::<PyMemoryError>(py) {
+            true => error,
+            false => PyValueError::new_err(format!("`{name}` is no array of numbers: {error}")),
+        }
+    })?;
+    let dtype = array.getattr("dtype")?;
+    if !"biuf".contains(&dtype.getattr("kind")?.extract::<String>()?) {
+        return Err(PyValueError::new_err(format!(
+            "`{name}` has the type {dtype}, expected real numbers"
+        )));
+    }
+    let array = numpy.call_method1("require", (array, "float64", "A"))?;
+    Ok(array.cast::<PyArrayDyn<f64>>()?.try_readonly()?)
+}
+
+/// An array of another shape.
+pub(crate) fn misshapen(array: &ArrayViewD<'_, f64>, name: &str, expected: &str) -> PyErr {
+    let shape = array.shape();
+    PyValueError::new_err(format!(
+        "`{name}` has the shape {shape:?}, expected {expected}"
+    ))
 }
 
 /// Reads an array of rows of `width` numbers.
 pub(crate) fn rows(object: &Bound<'_, PyAny>, name: &str, width: usize) -> PyResult<Vec<f64>> {
-    let expected = || format!("`{name}`, expected an array of shape (n, {width})");
-    let array: PyArrayLike2<'_, f64, AllowTypeChange> = aligned(object)?
-        .extract()
-        .map_err(|error| PyValueError::new_err(format!("{}: {error}", expected())))?;
+    let array = real(object, name)?;
     let array = array.as_array();
-    if array.ncols() != width {
-        let shape = array.shape();
-        return Err(PyValueError::new_err(format!(
-            "`{name}` has the shape {shape:?}, expected (n, {width})"
-        )));
+    match array.shape() {
+        [_, found] if *found == width => elements(array),
+        _ => Err(misshapen(&array, name, &format!("(n, {width})"))),
     }
-    Ok(array.iter().copied().collect())
 }
 
 /// Reads an array of one dimension.
 pub(crate) fn numbers(object: &Bound<'_, PyAny>, name: &str) -> PyResult<Vec<f64>> {
-    let array: PyArrayLike1<'_, f64, AllowTypeChange> =
-        aligned(object)?.extract().map_err(|error| {
-            PyValueError::new_err(format!("`{name}`, expected an array of numbers: {error}"))
-        })?;
-    Ok(array.as_array().iter().copied().collect())
+    let array = real(object, name)?;
+    let array = array.as_array();
+    match array.shape() {
+        [_] => elements(array),
+        _ => Err(misshapen(&array, name, "(n,)")),
+    }
 }
 
 /// Reads the wrenches of bodies: an array of shape (bodies, 6), (6,) for a single body, a dictionary from names to six
@@ -150,21 +199,13 @@ pub(crate) fn wrenches(scene: &Scene, object: &Bound<'_, PyAny>) -> PyResult<Vec
         }
         return Ok(loads);
     }
-    let array: PyArrayLikeDyn<'_, f64, AllowTypeChange> =
-        aligned(object)?.extract().map_err(|error| {
-            PyValueError::new_err(format!(
-                "the wrench is no array of shape ({bodies}, 6), dict or None: {error}"
-            ))
-        })?;
+    let array = real(object, "wrench")?;
     let array = array.as_array();
     let fits = *array.shape() == [bodies, 6] || (bodies == 1 && *array.shape() == [6]);
     if !fits {
-        let shape = array.shape();
-        return Err(PyValueError::new_err(format!(
-            "the wrench has the shape {shape:?}, expected ({bodies}, 6)"
-        )));
+        return Err(misshapen(&array, "wrench", &format!("({bodies}, 6)")));
     }
-    let all: Vec<f64> = array.iter().copied().collect();
+    let all = elements(array)?;
     let (each, _) = all.as_chunks::<6>();
     for (slot, six) in loads.iter_mut().zip(each) {
         *slot = Some(load(scene, *six));

@@ -16,6 +16,9 @@ use crate::error;
 use crate::plan::Plan;
 use crate::state::State;
 
+/// The most intervals of a sequence: flights have no room for many more.
+const MOST_INTERVALS: usize = 1 << 23;
+
 /// What controls a flight.
 pub(crate) enum Commands {
     /// Sequences that are known beforehand.
@@ -118,8 +121,18 @@ fn message(scene: &Scene, object: &Bound<'_, PyAny>) -> PyResult<ControlSequence
         ..ControlSequence::default()
     };
     sequence.header.frame_id = frame_id;
+    let intervals = |array: &Bound<'_, PyAny>, name: &str, width| {
+        if let Ok(count) = array.len()
+            && count > MOST_INTERVALS
+        {
+            return Err(PyValueError::new_err(format!(
+                "`{name}` has {count} intervals, expected at most {MOST_INTERVALS}"
+            )));
+        }
+        rows(array, name, width)
+    };
     let vectors = |name: &str| match given(name)? {
-        Some(array) => rows(&array, name, 3).map(Some),
+        Some(array) => intervals(&array, name, 3).map(Some),
         None => Ok(None),
     };
     let (force, moment) = (vectors("force_n")?, vectors("moment_n_m")?);
@@ -128,7 +141,7 @@ fn message(scene: &Scene, object: &Bound<'_, PyAny>) -> PyResult<ControlSequence
             let message = "`wheel_torque_n_m` beside a force or a moment, expected two `Controls`";
             return Err(PyValueError::new_err(message));
         }
-        sequence.wheel_torque = rows(&torques, "wheel_torque_n_m", named.wheels.len())?;
+        sequence.wheel_torque = intervals(&torques, "wheel_torque_n_m", named.wheels.len())?;
         return Ok(sequence);
     }
     let count = force.as_ref().or(moment.as_ref()).map_or(0, Vec::len);
@@ -170,24 +183,15 @@ impl Controller {
     }
 }
 
-/// Lets a load act on a body for some steps from the present one on.
-pub(crate) fn hold(
+/// Lets a load act on a body for some steps from the present one on, in place of what acted on it.
+fn hold(
     scene: &Scene,
     flight: &mut Flight,
     body: usize,
     load: Load,
     steps: u64,
 ) -> Result<(), String> {
-    let named = &scene.bodies[body];
-    if !load.is_finite() {
-        let si = scene.units.load_to_si(&load);
-        let [force, moment]: [[f64; 3]; 2] = [si.force.into(), si.moment.into()];
-        return Err(format!(
-            "the wrench on {} at step {} is {force:?} N, {moment:?} N m, expected six finite numbers",
-            named.name,
-            flight.step()
-        ));
-    }
+    check(scene, flight, body, &load)?;
     let controls = Controls {
         body,
         first_step: flight.step(),
@@ -198,4 +202,23 @@ pub(crate) fn hold(
         law: None,
     };
     flight.accept(controls).map_err(|error| error.to_string())
+}
+
+/// Refuses a load that is not finite.
+pub(crate) fn check(
+    scene: &Scene,
+    flight: &Flight,
+    body: usize,
+    load: &Load,
+) -> Result<(), String> {
+    if load.is_finite() {
+        return Ok(());
+    }
+    let si = scene.units.load_to_si(load);
+    let [force, moment]: [[f64; 3]; 2] = [si.force.into(), si.moment.into()];
+    Err(format!(
+        "the wrench on {} at step {} is {force:?} N, {moment:?} N m, expected six finite numbers",
+        scene.bodies[body].name,
+        flight.step()
+    ))
 }

@@ -8,9 +8,8 @@ use std::thread;
 use std::time::Duration;
 
 use lgvi_dynamics::lanes::Width;
-use lgvi_dynamics::{BodyState, Load};
-use lgvi_ensemble::{Campaign, Commands, EnsembleError, FlownBy, Guidance, Row, Settings};
-use lgvi_planner::NominalPlan;
+use lgvi_ensemble::{Campaign, EnsembleError, FlownBy, Guidance, Row, Settings};
+use lgvi_review::guidance;
 use lgvi_scene::Scene;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
@@ -36,19 +35,6 @@ pub(crate) struct Wanted {
     pub(crate) range: Option<Range<u64>>,
     /// Threads, or 0 for one a core.
     pub(crate) threads: usize,
-}
-
-/// Feedback along a plan.
-struct Law(NominalPlan);
-
-impl Commands for Law {
-    fn steps(&self) -> u64 {
-        self.0.arrival()
-    }
-
-    fn at(&self, step: u64, state: &BodyState) -> Load {
-        self.0.at(step, state)
-    }
 }
 
 /// Flies samples and returns their columns, and what the ensemble is.
@@ -83,13 +69,7 @@ pub(crate) fn fly<'py>(
         let message = "`plan` commands thrusters, expected one by force and moment";
         return Err(error::ensemble(py, message));
     }
-    let guidance = plan.map_or(Guidance::None, |plan| {
-        let plan = plan.nominal();
-        match plan.open_loop() {
-            Some(loads) => Guidance::OpenLoop(loads.to_vec()),
-            None => Guidance::Feedback(Box::new(Law(plan.clone()))),
-        }
-    });
+    let guidance = plan.map_or(Guidance::None, |plan| guidance(plan.nominal().clone()));
     let campaign = py.detach(|| Campaign::new(scene, wanted.settings, guidance));
     let campaign = campaign.map_err(|error| error::ensemble(py, error))?;
     let samples = campaign.samples();

@@ -3,7 +3,7 @@
 use std::fmt::Display;
 use std::path::Path;
 
-use lgvi_common::{SceneFileError, SceneFileReason};
+use lgvi_common::{KeyError, SceneFileError, SceneFileReason};
 use lgvi_dynamics::StepError;
 use lgvi_planner::{NoPlan, Reason};
 use lgvi_scene::{Scene, SceneError};
@@ -11,6 +11,8 @@ use pyo3::exceptions::PyOSError;
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
+
+use crate::scene::Refused;
 
 /// Returns an exception of `lgvi.errors`, made with these arguments.
 fn exception<'py>(
@@ -36,10 +38,15 @@ macro_rules! exception {
 }
 
 pub(crate) fn scene(py: Python<'_>, file: Option<&Path>, error: &SceneError) -> PyErr {
+    scene_with(py, file, "", error)
+}
+
+/// `context` is what the scene differs by from its file.
+fn scene_with(py: Python<'_>, file: Option<&Path>, context: &str, error: &SceneError) -> PyErr {
     let file = file.map(|file| file.display().to_string());
     let message = match &file {
-        Some(file) => format!("scene {file}: {error}"),
-        None => format!("scene: {error}"),
+        Some(file) => format!("scene {file}: {context}{error}"),
+        None => format!("scene: {context}{error}"),
     };
     match error {
         SceneError::Value {
@@ -81,20 +88,37 @@ pub(crate) fn unfit(py: Python<'_>, error: impl Display) -> PyErr {
     exception!(py, "SceneError", (error.to_string(),))
 }
 
-/// A key that cannot be set.
-pub(crate) fn key(py: Python<'_>, error: &lgvi_common::KeyError) -> PyErr {
+/// Values that a scene refuses.
+pub(crate) fn refused(
+    py: Python<'_>,
+    file: Option<&Path>,
+    context: &str,
+    refused: &Refused,
+) -> PyErr {
+    match refused {
+        Refused::Key(error) => {
+            let KeyError { key, value, reason } = error;
+            of_key(py, (error.to_string(), key, Some(value), reason))
+        }
+        Refused::Scene(error) => scene_with(py, file, context, error),
+    }
+}
+
+/// A key that varies over no values.
+pub(crate) fn no_values(py: Python<'_>, key: &str, error: impl Display) -> PyErr {
+    of_key(py, (error.to_string(), key, None, "at least one value"))
+}
+
+fn of_key(
+    py: Python<'_>,
+    (message, key, value, expected): (String, &str, Option<&String>, &str),
+) -> PyErr {
     let none = py.None();
+    let file = none.clone_ref(py);
     exception!(
         py,
         "SceneError",
-        (
-            error.to_string(),
-            none.clone_ref(py),
-            none,
-            &error.key,
-            &error.value,
-            &error.reason
-        )
+        (message, file, none, key, value, expected)
     )
 }
 
@@ -105,6 +129,11 @@ pub(crate) fn step(py: Python<'_>, scene: &Scene, step: u64, error: &StepError) 
         reason = scene.step_error(error)
     );
     exception!(py, "FlightError", (message, step, time))
+}
+
+/// A matrix or quaternion with a defect; `place` is where it is.
+pub(crate) fn rotation(py: Python<'_>, place: &str, defect: &str) -> PyErr {
+    exception!(py, "RotationError", (format!("{place}: {defect}"),))
 }
 
 pub(crate) fn controls(py: Python<'_>, error: impl Display) -> PyErr {

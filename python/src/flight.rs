@@ -8,6 +8,7 @@ use lgvi_scene::{Scene, Scheme};
 use pyo3::exceptions::{PyMemoryError, PyValueError};
 use pyo3::prelude::*;
 
+use crate::arrays::room;
 use crate::controls::{Commands, Controller};
 use crate::error;
 use crate::force::{Raised, simulation};
@@ -61,7 +62,7 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
     };
     let end = scene.seconds(scene.steps);
     let step = scene.seconds(1);
-    let mut outputs: Vec<Output> = Vec::with_capacity(times.len());
+    let mut outputs: Vec<Output> = room(times.len())?;
     for (index, time) in times.into_iter().enumerate() {
         let steps = time / step;
         let latest = outputs.last().map_or(0.0, |output| output.time);

@@ -3,12 +3,12 @@
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
 use nalgebra::Vector3;
-use numpy::{AllowTypeChange, PyArrayLike3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyTuple;
 
-use crate::arrays::{aligned, array, forces};
+use crate::arrays::{array, misshapen, real, room};
+use crate::error;
 use crate::lie::rotation;
 
 /// Evaluates gravity on the scene's bodies: forces, moments and potentials, in SI.
@@ -27,38 +27,44 @@ pub(crate) fn evaluate<'py>(
             "`position_m` has {positions} times and `attitude_xyzw` {attitudes}, expected the same number"
         )));
     }
-    let each = position.iter().zip(&attitude).enumerate();
-    let states = each.map(|(index, (position, attitude))| {
-        let attitude = rotation(*attitude).ok_or_else(|| {
+    let mut rotations = room(attitude.len())?;
+    for (index, attitude) in attitude.iter().enumerate() {
+        let rotation = rotation(*attitude).map_err(|defect| {
             let (time, body) = (index / bodies, index % bodies);
-            PyValueError::new_err(format!(
-                "`attitude_xyzw[{time}, {body}]` is {attitude:?}, expected four finite numbers, not all 0"
-            ))
+            error::rotation(py, &format!("`attitude_xyzw[{time}, {body}]`"), &defect)
         })?;
-        Ok(BodyState {
-            position: Vector3::from(*position) / scene.units.length,
-            linear_momentum: Vector3::zeros(),
-            attitude,
-            angular_momentum: Vector3::zeros(),
-        })
-    });
-    let states = states.collect::<PyResult<Vec<_>>>()?;
-    let (loads, potentials) = py.detach(|| {
+        rotations.push(rotation);
+    }
+    let times = position.len() / bodies;
+    let [mut force, mut moment] = [room(3 * position.len())?, room(3 * position.len())?];
+    let mut potential = room(times)?;
+    py.detach(|| {
         let mut system = scene.system();
-        let mut loads = vec![Load::default(); states.len()];
-        let mut potentials = Vec::with_capacity(states.len() / bodies);
-        for (states, loads) in states.chunks(bodies).zip(loads.chunks_mut(bodies)) {
-            system.loads(states, loads);
-            potentials.push(system.potential(states) * scene.units.energy());
+        let mut states = Vec::with_capacity(bodies);
+        let mut loads = vec![Load::default(); bodies];
+        for (positions, rotations) in position.chunks(bodies).zip(rotations.chunks(bodies)) {
+            states.clear();
+            let each = positions.iter().zip(rotations);
+            states.extend(each.map(|(position, rotation)| BodyState {
+                position: Vector3::from(*position) / scene.units.length,
+                linear_momentum: Vector3::zeros(),
+                attitude: *rotation,
+                angular_momentum: Vector3::zeros(),
+            }));
+            loads.fill(Load::default());
+            system.loads(&states, &mut loads);
+            for load in &loads {
+                let load = scene.units.load_to_si(load);
+                force.extend(load.force.iter());
+                moment.extend(load.moment.iter());
+            }
+            potential.push(system.potential(&states) * scene.units.energy());
         }
-        (loads, potentials)
     });
-    let [force, moment] = forces(scene, &loads);
-    let times = potentials.len();
     let parts = [
         array(py, &[times, bodies, 3], force)?,
         array(py, &[times, bodies, 3], moment)?,
-        array(py, &[times], potentials)?,
+        array(py, &[times], potential)?,
     ];
     PyTuple::new(py, parts)
 }
@@ -69,19 +75,14 @@ fn blocks<const N: usize>(
     name: &str,
     bodies: usize,
 ) -> PyResult<Vec<[f64; N]>> {
-    let array: PyArrayLike3<'_, f64, AllowTypeChange> =
-        aligned(object)?.extract().map_err(|error| {
-            PyValueError::new_err(format!(
-                "`{name}`, expected an array of shape (n, {bodies}, {N}): {error}"
-            ))
-        })?;
+    let array = real(object, name)?;
     let array = array.as_array();
-    if array.shape()[1..] != [bodies, N] {
-        let shape = array.shape();
-        return Err(PyValueError::new_err(format!(
-            "`{name}` has the shape {shape:?}, expected (n, {bodies}, {N})"
-        )));
+    if !matches!(array.shape(), [_, count, width] if [*count, *width] == [bodies, N]) {
+        return Err(misshapen(&array, name, &format!("(n, {bodies}, {N})")));
     }
-    let numbers: Vec<f64> = array.iter().copied().collect();
-    Ok(numbers.as_chunks::<N>().0.to_vec())
+    let mut blocks = room(array.len() / N)?;
+    for block in array.rows() {
+        blocks.push(std::array::from_fn(|index| block[index]));
+    }
+    Ok(blocks)
 }

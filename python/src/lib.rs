@@ -3,6 +3,7 @@
 mod arrays;
 mod bag;
 mod controls;
+mod dataset;
 mod ensemble;
 mod error;
 mod flight;
@@ -13,9 +14,11 @@ mod plan;
 mod scene;
 mod simulation;
 mod state;
+mod sweep;
 mod toml_value;
 mod trajectory;
 mod watch;
+mod wheels;
 
 use pyo3::prelude::*;
 

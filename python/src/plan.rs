@@ -5,19 +5,20 @@ use std::sync::Arc;
 use lgvi_control::Certificate;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_planner::{Iteration, NominalPlan, plan, plan_rest};
-use lgvi_scene::Scene;
+use lgvi_scene::{Maneuver, Scene};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Array, States, array, forces};
+use crate::arrays::{Array, States, forces, read_only};
 use crate::error;
 use crate::state::State;
 use crate::watch::Watch;
 
 /// A plan of a scene's maneuver: controls of each step, the states that belong to them, and gains of feedback.
 ///
-/// Made by `Scene.plan`; `Scene.fly(controls=plan)` flies it. It has n steps.
+/// Made by `Scene.plan`; `Scene.fly(controls=plan)` flies it. It has n steps. Arrays are made when they are asked for, and
+/// read-only.
 #[pyclass(frozen, module = "lgvi")]
 pub(crate) struct Plan {
     scene: Arc<Scene>,
@@ -155,7 +156,7 @@ impl Plan {
     fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let steps = self.plan.first_step()..=self.plan.arrival();
         let times: Vec<_> = steps.map(|step| self.scene.seconds(step)).collect();
-        array(py, &[times.len()], times)
+        read_only(py, &[times.len()], times)
     }
 
     /// Forces (N), inertial frame, each held over a step, shape (n, 3). Those of thrusters turn with the body; they are given
@@ -163,13 +164,13 @@ impl Plan {
     #[getter]
     fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let mut controls = self.plan.solution().controls.clone();
-        if self.plan.commands_thrusters() {
+        if let Some(Maneuver { actuation, .. }) = &self.scene.maneuver {
             for (control, state) in controls.iter_mut().zip(&self.plan.solution().states) {
-                control.force = state.attitude * control.force;
+                *control = actuation.in_inertial_axes(control, &state.attitude);
             }
         }
         let [force, _] = forces(&self.scene, &controls);
-        array(py, &[controls.len(), 3], force)
+        read_only(py, &[controls.len(), 3], force)
     }
 
     /// Forces of the body's thrusters (N), in the scene's order, each held over a step, shape (n, thrusters); (n, 0) unless the
@@ -186,7 +187,7 @@ impl Plan {
             .iter()
             .flat_map(|command| command.iter().take(count));
         let thrust = each.map(|thrust| thrust.max(0.0) * unit).collect();
-        array(py, &[commands.len(), count], thrust)
+        read_only(py, &[commands.len(), count], thrust)
     }
 
     /// Moments (N m), body frame, each held over a step, shape (n, 3).
@@ -194,13 +195,13 @@ impl Plan {
     fn moment_n_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let controls = &self.plan.solution().controls;
         let [_, moment] = forces(&self.scene, controls);
-        array(py, &[controls.len(), 3], moment)
+        read_only(py, &[controls.len(), 3], moment)
     }
 
     /// Planned centers of mass (m), inertial frame, shape (n + 1, 3).
     #[getter]
     fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        array(
+        read_only(
             py,
             &[self.states().states.len(), 3],
             self.states().positions(),
@@ -217,13 +218,13 @@ impl Plan {
             let velocity: [f64; 3] = (state.velocity(body) * unit).into();
             velocity
         });
-        array(py, &[states.len(), 3], each.collect())
+        read_only(py, &[states.len(), 3], each.collect())
     }
 
     /// Planned attitudes as quaternions x, y, z, w from the body frame to the inertial one, shape (n + 1, 4).
     #[getter]
     fn attitude_xyzw<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        array(
+        read_only(
             py,
             &[self.states().states.len(), 4],
             self.states().quaternions(),
@@ -239,7 +240,7 @@ impl Plan {
             let rate: [f64; 3] = (state.angular_velocity(body) / self.scene.units.time).into();
             rate
         });
-        array(py, &[states.len(), 3], each.collect())
+        read_only(py, &[states.len(), 3], each.collect())
     }
 
     /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none or the commands are thrusters.
@@ -255,7 +256,7 @@ impl Plan {
         let numbers = gains
             .iter()
             .flat_map(|gain| lgvi_common::gain_si(gain, &self.scene.units));
-        array(py, &[gains.len(), 6, 12], numbers.collect())
+        read_only(py, &[gains.len(), 6, 12], numbers.collect())
     }
 
     /// Whether it is flown with its feedback, as the scene says.

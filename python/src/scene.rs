@@ -1,15 +1,16 @@
 //! Scenes.
 
 use std::ops::ControlFlow;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
+use lgvi_common::KeyError;
 use lgvi_dynamics::auto::{Choice, ChoiceError};
 use lgvi_review::{Explanation, SCENES, Unusable};
-use lgvi_scene::{self as scene, Chosen, Scheme};
+use lgvi_scene::{self as scene, Chosen, SceneError, Scheme};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyTuple};
+use pyo3::types::{PyDict, PyMapping, PyTuple};
 
 use crate::arrays::numbers;
 use crate::controls::Commands;
@@ -18,7 +19,7 @@ use crate::plan::Plan;
 use crate::simulation::Simulation;
 use crate::trajectory::Trajectory;
 use crate::watch::Watch;
-use crate::{ensemble, error, gravity, toml_value};
+use crate::{ensemble, error, gravity, sweep, toml_value};
 
 /// What is flown: bodies, gravity, integrator, and perhaps a maneuver and the dispersions of an ensemble.
 ///
@@ -33,6 +34,14 @@ pub(crate) struct Scene {
     ready: OnceLock<(Arc<scene::Scene>, Scheme)>,
 }
 
+/// Why a scene has no such values.
+pub(crate) enum Refused {
+    /// A key cannot be set.
+    Key(KeyError),
+    /// The scene with them cannot be flown.
+    Scene(SceneError),
+}
+
 impl Scene {
     pub(crate) fn new(scene: scene::Scene, file: Option<PathBuf>) -> Self {
         Self {
@@ -40,6 +49,20 @@ impl Scene {
             file,
             ready: OnceLock::new(),
         }
+    }
+
+    /// The file that it came from.
+    pub(crate) fn file(&self) -> Option<&Path> {
+        self.file.as_deref()
+    }
+
+    /// The scene with other values of some keys, which are texts of TOML.
+    pub(crate) fn compiled(&self, settings: &[(String, String)]) -> Result<scene::Scene, Refused> {
+        let mut text = self.scene.text.clone();
+        for (key, value) in settings {
+            text = lgvi_common::set_key(&text, key, value).map_err(Refused::Key)?;
+        }
+        scene::Scene::parse(&self.scene.name, &text).map_err(Refused::Scene)
     }
 
     /// Parses a text.
@@ -159,14 +182,16 @@ impl Scene {
     ///
     /// A body is named or numbered, as in `bodies[0].mass`. Comments of the text stay.
     fn with_values(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let mut text = self.scene.text.clone();
-        for (key, value) in values.iter() {
+        let each = values.iter().map(|(key, value)| {
             let key: String = key.extract()?;
             let value = toml_value::value(&value, &key)?.to_string();
-            let set = lgvi_common::set_key(&text, &key, &value);
-            text = set.map_err(|error| error::key(py, &error))?;
+            PyResult::Ok((key, value))
+        });
+        let settings = each.collect::<PyResult<Vec<_>>>()?;
+        match py.detach(|| self.compiled(&settings)) {
+            Ok(compiled) => Ok(Self::new(compiled, self.file.clone())),
+            Err(refused) => Err(error::refused(py, self.file(), "", &refused)),
         }
-        Self::parse(py, &self.scene.name, &text, self.file.clone())
     }
 
     /// Short name: that of the file.
@@ -377,6 +402,57 @@ impl Scene {
         result(py, "Table", flown)
     }
 
+    /// Flies the scene with every combination of some values on all cores and returns one table.
+    ///
+    /// A maneuver is planned for each combination and flown with its feedback law if the scene has `feedback`.
+    ///
+    /// Parameters
+    /// ----------
+    /// vary : mapping
+    ///     Keys of the scene as in `with_values`, and for each a sequence of its values, such as
+    ///     `{"run.steps": [100, 1000], "bodies[0].mass": numpy.linspace(1.0, 2.0, 5)}`. The last key varies fastest; there are
+    ///     100 000 combinations at most.
+    /// threads : int
+    ///     Threads, or 0 for one a core. Numbers do not depend on it.
+    /// progress : callable, optional
+    ///     Called with the completed fraction some times a second. An exception in it ends the flights.
+    ///
+    /// Returns
+    /// -------
+    /// Table
+    ///     A mapping from names to columns, which are NumPy arrays with a row a flight. They are those of `lgvi sweep`, with
+    ///     the same bits: `flight` (number, from 0), the keys of `vary` with their values, `steps` (steps made), `failure`
+    ///     (why the flight ended early or has no plan, empty otherwise), and for each body in SI `<body>.final.position.x`
+    ///     (m, inertial frame), `.velocity.x` (m/s, inertial frame), `.attitude.w` (quaternion from the body frame to the
+    ///     inertial one), `.angular_velocity.x` (rad/s, body frame); `change.energy` and other changes relative to the size
+    ///     of the quantity; with a target `miss.position` (m) and others. NaN is where a flight has no such number.
+    ///
+    /// Raises
+    /// ------
+    /// SceneError
+    ///     A combination is no scene. None is flown then. `key`, `value` and `expected` say why.
+    ///
+    /// Examples
+    /// --------
+    /// >>> import lgvi
+    /// >>> scene = lgvi.rigid_bodies(1.0, [1.0, 2.0, 3.0], velocity_m_s=[1.0, 0.0, 0.0], duration_s=1.0, steps=10)
+    /// >>> table = scene.sweep({"run.duration": [1.0, 2.0], "run.steps": [10, 20]})
+    /// >>> print(table["run.duration"], table["run.steps"], table["body_0.final.position.x"].round(12))
+    /// [1. 1. 2. 2.] [10 20 10 20] [1. 1. 2. 2.]
+    #[pyo3(signature = (vary, *, threads = 0, progress = None))]
+    fn sweep<'py>(
+        &self,
+        py: Python<'py>,
+        vary: &Bound<'py, PyMapping>,
+        threads: usize,
+        progress: Option<Py<PyAny>>,
+    ) -> PyResult<Bound<'py, PyAny>> {
+        let columns = sweep::fly(py, self, vary, threads, progress)?;
+        let about = PyDict::new(py);
+        about.set_item("scene", &self.scene.name)?;
+        result(py, "Table", (columns, about))
+    }
+
     /// Returns the gravity on the scene's bodies at given positions and attitudes.
     ///
     /// Parameters
@@ -394,6 +470,11 @@ impl Scene {
     ///     Moments about the centers of mass (N m), body frame.
     /// potential_j : ndarray, shape (n,)
     ///     Potential energies (J).
+    ///
+    /// Raises
+    /// ------
+    /// RotationError
+    ///     The norm of a quaternion is not 1 to 1e-9.
     fn gravity<'py>(
         &self,
         py: Python<'py>,

@@ -7,7 +7,7 @@ use lgvi_propagator::Flight;
 use pyo3::prelude::*;
 
 use crate::arrays::wrenches;
-use crate::controls::{hold, sequence};
+use crate::controls::{check, sequence};
 use crate::error;
 use crate::flight::Flown;
 use crate::force::Raised;
@@ -73,7 +73,7 @@ impl Simulation {
         }
     }
 
-    /// Lets a wrench act over the next `steps` steps.
+    /// Lets a wrench act over the next `steps` steps, in addition to controls and to wrenches applied before.
     ///
     /// A wrench is an array of shape (bodies, 6), force (N, inertial frame) then moment (N m, body frame), of shape (6,) for a
     /// single body, or a dict from names to six numbers.
@@ -85,13 +85,15 @@ impl Simulation {
         let scene = Arc::clone(&self.flown.scene);
         for (body, load) in wrenches(&scene, wrench)?.into_iter().enumerate() {
             let Some(load) = load else { continue };
-            let held = hold(&scene, self.flight(), body, load, steps);
-            held.map_err(|reason| error::controls(py, reason))?;
+            let flight = self.flight();
+            check(&scene, flight, body, &load).map_err(|reason| error::controls(py, reason))?;
+            flight.push(body, load, steps);
         }
         Ok(())
     }
 
-    /// Accepts a plan or `lgvi.Controls`, which act from their first step on in place of any accepted before them.
+    /// Accepts a plan or `lgvi.Controls`, which act from their first step on in place of any accepted before them. Wrenches that
+    /// were applied act in addition.
     fn accept(&mut self, py: Python<'_>, controls: &Bound<'_, PyAny>) -> PyResult<()> {
         let controls = sequence(&self.flown.scene, controls)?;
         let admitted = self.flight().admit(controls);

@@ -7,9 +7,9 @@ use lgvi_propagator::Flight;
 use lgvi_scene::Scene;
 use pyo3::prelude::*;
 
-use crate::arrays::{Array, States, array};
+use crate::arrays::{Array, States, read_only};
 
-/// The states of all bodies of a scene at one time. Arrays are made when they are asked for.
+/// The states of all bodies of a scene at one time. Arrays are made when they are asked for, and read-only.
 ///
 /// Bodies are in the order of `Scene.bodies`.
 #[pyclass(frozen, module = "lgvi")]
@@ -46,7 +46,7 @@ impl State {
         numbers: Vec<f64>,
     ) -> PyResult<Array<'py>> {
         let shape: Vec<_> = [&[self.states.len()], shape].concat();
-        array(py, &shape, numbers)
+        read_only(py, &shape, numbers)
     }
 }
 

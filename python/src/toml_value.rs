@@ -1,6 +1,7 @@
 //! Python's values as those of TOML.
 
 use lgvi_scene::LONGEST;
+use numpy::{PyUntypedArray, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyInt, PyString};
@@ -70,6 +71,16 @@ impl Converter {
         }
         // NumPy's arrays and numbers, as lists and numbers of Python.
         if object.hasattr("tolist")? {
+            // Its list may not fit into memory.
+            if let Ok(array) = object.cast::<PyUntypedArray>()
+                && array.len() > self.left
+            {
+                let message = format!(
+                    "`{path}` has {} elements, expected at most {LONGEST} in all",
+                    array.len()
+                );
+                return Err(PyValueError::new_err(message));
+            }
             return self.value(&object.call_method0("tolist")?, path, depth + 1);
         }
         let refuse = |_| {

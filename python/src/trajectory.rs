@@ -11,7 +11,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
-use crate::arrays::{States, array, forces};
+use crate::arrays::{States, forces, read_only};
+use crate::dataset::dataset;
 use crate::state::State;
 
 /// What has been kept of a flight, in the scene's units.
@@ -34,17 +35,17 @@ pub(crate) struct Samples {
 /// are in the order of `bodies`. The inertial frame is that of the scene, called `frame`.
 #[pyclass(frozen, module = "lgvi")]
 pub(crate) struct Trajectory {
-    scene: Arc<Scene>,
-    samples: Samples,
+    pub(crate) scene: Arc<Scene>,
+    pub(crate) samples: Samples,
     arrays: [PyOnceLock<Py<PyAny>>; ARRAYS],
 }
 
 /// Number of arrays.
-const ARRAYS: usize = Kept::Orthogonality as usize + 1;
+const ARRAYS: usize = Kept::WheelTorque as usize + 1;
 
 /// The arrays, in the order in which they are kept.
 #[derive(Clone, Copy)]
-enum Kept {
+pub(crate) enum Kept {
     Time,
     Position,
     Velocity,
@@ -57,6 +58,9 @@ enum Kept {
     Force,
     Moment,
     Orthogonality,
+    WheelAngle,
+    WheelSpeed,
+    WheelTorque,
 }
 
 impl Trajectory {
@@ -76,7 +80,7 @@ impl Trajectory {
     }
 
     /// The array, made at the first call. Its shape begins with the number of times, and of bodies if it has one of each.
-    fn kept<'py>(
+    pub(crate) fn kept<'py>(
         &self,
         py: Python<'py>,
         kept: Kept,
@@ -91,11 +95,7 @@ impl Trajectory {
             let mut whole = vec![self.samples.times.len()];
             whole.extend(of_bodies.then_some(bodies));
             whole.extend_from_slice(shape);
-            let array = array(py, &whole, numbers)?;
-            let read_only = PyDict::new(py);
-            read_only.set_item("write", false)?;
-            array.call_method("setflags", (), Some(&read_only))?;
-            Ok(array.into_any().unbind())
+            Ok(read_only(py, &whole, numbers)?.into_any().unbind())
         });
         Ok(made?.bind(py).clone())
     }
@@ -131,44 +131,47 @@ impl Trajectory {
 
     /// Times since the start of the run (s), shape (n,).
     #[getter]
-    fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Time, false, &[], |it| it.samples.times.clone())
     }
 
     /// Centers of mass (m), inertial frame, shape (n, bodies, 3).
     #[getter]
-    fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn position_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Position, true, &[3], |it| it.all().positions())
     }
 
     /// Velocities of the centers of mass (m/s), inertial frame, shape (n, bodies, 3).
     #[getter]
-    fn velocity_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn velocity_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Velocity, true, &[3], |it| it.all().velocities())
     }
 
     /// Attitudes as unit quaternions x, y, z, w from the body frame to the inertial one, shape (n, bodies, 4).
     #[getter]
-    fn attitude_xyzw<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn attitude_xyzw<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Attitude, true, &[4], |it| it.all().quaternions())
     }
 
     /// Attitudes as rotation matrices from the body frame to the inertial one, shape (n, bodies, 3, 3).
     #[getter]
-    fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn rotation<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Rotation, true, &[3, 3], |it| it.all().rotations())
     }
 
     /// Angular velocities (rad/s), body frame, shape (n, bodies, 3).
     #[getter]
-    fn angular_velocity_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn angular_velocity_rad_s<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Rate, true, &[3], |it| it.all().rates())
     }
 
     /// Forces of the controls (N), inertial frame, held over the step before each time, shape (n, bodies, 3). Zero at the
     /// start.
     #[getter]
-    fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Force, true, &[3], |it| {
             let [force, _] = forces(&it.scene, &it.samples.loads);
             force
@@ -178,7 +181,7 @@ impl Trajectory {
     /// Moments of the controls (N m), body frame, held over the step before each time, shape (n, bodies, 3). Zero at the
     /// start.
     #[getter]
-    fn moment_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn moment_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Moment, true, &[3], |it| {
             let [_, moment] = forces(&it.scene, &it.samples.loads);
             moment
@@ -187,7 +190,7 @@ impl Trajectory {
 
     /// Sum of kinetic and potential energy of all bodies (J), shape (n,). Forces of `force=` have no part in it.
     #[getter]
-    fn energy_j<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn energy_j<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Energy, false, &[], |it| {
             let unit = it.scene.units.energy();
             it.invariants(|invariants| [invariants.energy * unit])
@@ -196,7 +199,10 @@ impl Trajectory {
 
     /// Total linear momentum (kg m/s), inertial frame, shape (n, 3).
     #[getter]
-    fn linear_momentum_kg_m_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn linear_momentum_kg_m_s<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::LinearMomentum, false, &[3], |it| {
             let unit = it.scene.units.momentum();
             it.invariants(|invariants| (invariants.linear_momentum * unit).into())
@@ -205,7 +211,10 @@ impl Trajectory {
 
     /// Total angular momentum about the origin (kg m²/s), inertial frame, shape (n, 3).
     #[getter]
-    fn angular_momentum_kg_m2_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn angular_momentum_kg_m2_s<'py>(
+        &self,
+        py: Python<'py>,
+    ) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::AngularMomentum, false, &[3], |it| {
             let unit = it.scene.units.angular_momentum();
             it.invariants(|invariants| (invariants.angular_momentum * unit).into())
@@ -214,10 +223,35 @@ impl Trajectory {
 
     /// Largest Frobenius norm of RᵀR − I over the bodies, shape (n,).
     #[getter]
-    fn orthogonality_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    pub(crate) fn orthogonality_error<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Orthogonality, false, &[], |it| {
             it.invariants(|invariants| [invariants.orthogonality_error])
         })
+    }
+
+    /// Names of the reaction wheels, as `<body>.<wheel>`, body by body.
+    #[getter]
+    fn wheels<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyTuple>> {
+        PyTuple::new(py, self.wheel_names())
+    }
+
+    /// Angles by which the wheels have turned relative to their bodies since the start (rad), shape (n, wheels).
+    #[getter]
+    pub(crate) fn wheel_angle_rad<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.of_wheels(py, Kept::WheelAngle, |wheel| wheel.angle)
+    }
+
+    /// Speeds of the wheels relative to their bodies (rad/s), shape (n, wheels).
+    #[getter]
+    pub(crate) fn wheel_speed_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.wheel_speeds(py)
+    }
+
+    /// Torques on the wheels by motors and friction over the step before each time (N m), shape (n, wheels). Zero at the start.
+    #[getter]
+    pub(crate) fn wheel_torque_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let unit = self.scene.units.energy();
+        self.of_wheels(py, Kept::WheelTorque, move |wheel| wheel.torque * unit)
     }
 
     /// The dockings of the flight, in their order: dicts of `bodies` (two names), `time_s` and `energy_loss_j`.
@@ -238,70 +272,10 @@ impl Trajectory {
 
     /// All arrays and their dimensions, as `xarray.Dataset.from_dict` takes them.
     ///
-    /// Coordinates are `time_s`, `body`, `axis` and `body_axis` (x, y, z), and `component` (x, y, z, w).
+    /// Coordinates are `time_s`, `body`, `axis` and `body_axis` (x, y, z), `component` (x, y, z, w), and `wheel` where bodies have
+    /// reaction wheels.
     fn to_dict<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let variable = |dims: &[&str], data: Bound<'py, PyAny>| {
-            let entry = PyDict::new(py);
-            entry.set_item("dims", PyTuple::new(py, dims)?)?;
-            entry.set_item("data", data)?;
-            PyResult::Ok(entry)
-        };
-        let variables = PyDict::new(py);
-        let of_bodies: &[&str] = &["time_s", "body", "axis"];
-        let quaternions: &[&str] = &["time_s", "body", "component"];
-        let rotations: &[&str] = &["time_s", "body", "axis", "body_axis"];
-        let vectors: &[&str] = &["time_s", "axis"];
-        for (name, dims, data) in [
-            ("position_m", of_bodies, self.position_m(py)?),
-            ("velocity_m_s", of_bodies, self.velocity_m_s(py)?),
-            ("attitude_xyzw", quaternions, self.attitude_xyzw(py)?),
-            ("rotation", rotations, self.rotation(py)?),
-            (
-                "angular_velocity_rad_s",
-                of_bodies,
-                self.angular_velocity_rad_s(py)?,
-            ),
-            ("force_n", of_bodies, self.force_n(py)?),
-            ("moment_n_m", of_bodies, self.moment_n_m(py)?),
-            ("energy_j", &["time_s"], self.energy_j(py)?),
-            (
-                "orthogonality_error",
-                &["time_s"],
-                self.orthogonality_error(py)?,
-            ),
-            (
-                "linear_momentum_kg_m_s",
-                vectors,
-                self.linear_momentum_kg_m_s(py)?,
-            ),
-            (
-                "angular_momentum_kg_m2_s",
-                vectors,
-                self.angular_momentum_kg_m2_s(py)?,
-            ),
-        ] {
-            variables.set_item(name, variable(dims, data)?)?;
-        }
-        let coordinates = PyDict::new(py);
-        let names = |names: &[&str]| PyResult::Ok(PyList::new(py, names)?.into_any());
-        let bodies: Vec<_> = self.scene.bodies.iter().map(|body| &*body.name).collect();
-        for (name, data) in [
-            ("time_s", self.time_s(py)?),
-            ("body", names(&bodies)?),
-            ("axis", names(&["x", "y", "z"])?),
-            ("body_axis", names(&["x", "y", "z"])?),
-            ("component", names(&["x", "y", "z", "w"])?),
-        ] {
-            coordinates.set_item(name, variable(&[name], data)?)?;
-        }
-        let attributes = PyDict::new(py);
-        attributes.set_item("title", &self.scene.title)?;
-        attributes.set_item("frame", &self.scene.frame)?;
-        let dataset = PyDict::new(py);
-        dataset.set_item("coords", coordinates)?;
-        dataset.set_item("data_vars", variables)?;
-        dataset.set_item("attrs", attributes)?;
-        Ok(dataset)
+        dataset(py, self)
     }
 
     /// The state at a sample, counted from 0, from the end if it is negative.

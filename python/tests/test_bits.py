@@ -62,6 +62,22 @@ def test_a_constant_wrench_is_the_same_by_every_way(spin: lgvi.Scene) -> None:
     np.testing.assert_allclose(by_array.moment_n_m[1:, 0], rows[:, 3:])
 
 
+def test_applied_wrenches_act_beside_controls_and_each_other(spin: lgvi.Scene) -> None:
+    rows = np.arange(600.0).reshape(100, 6) / 1000.0
+    simulation = spin.simulation()
+    simulation.accept(lgvi.Controls(force_n=rows[:, :3], moment_n_m=rows[:, 3:]))
+    simulation.step(10)
+    simulation.apply([1.0, 0.0, 0.0, 0.0, 0.0, 2.0], steps=30)
+    simulation.step(20)
+    simulation.apply({"body_0": [0.0, 3.0, 0.0, 0.5, 0.0, 0.0]}, steps=20)
+    simulation.step(70)
+    rows[10:40] += [1.0, 0.0, 0.0, 0.0, 0.0, 2.0]
+    rows[30:50] += [0.0, 3.0, 0.0, 0.5, 0.0, 0.0]
+    flight = spin.fly(controls=lgvi.Controls(force_n=rows[:, :3], moment_n_m=rows[:, 3:]))
+    np.testing.assert_allclose(simulation.state().velocity_m_s[0], flight.velocity_m_s[-1, 0], rtol=1e-14)
+    np.testing.assert_allclose(simulation.state().rotation, flight.rotation[-1], atol=1e-13)
+
+
 def test_ensembles_do_not_depend_on_threads_and_ranges(scenes: Path) -> None:
     scene = lgvi.Scene.load(scenes / "dispersed_capture.toml").with_values({"run.steps": 50})
     whole = scene.ensemble(samples=100, threads=1)

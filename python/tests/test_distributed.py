@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import secrets
 import signal
 import subprocess
 import sys
+import tempfile
+import time
 import urllib.request
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
@@ -140,6 +143,83 @@ def test_dask_flies_the_parts_of_a_killed_worker_again(
     check(pq.read_table(parts), whole)
     distributed.run(scene, SAMPLES, path=tmp_path / "parts", part=PART)
     assert contents(parts) == contents(tmp_path / "parts")
+
+
+def processes() -> dict[int, int]:
+    """The processes that have not ended, with their parents."""
+    found: dict[int, int] = {}
+    for file in Path("/proc").glob("[0-9]*/stat"):
+        try:
+            state, parent, *_ = file.read_text().rpartition(")")[2].split()
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+        if state != "Z":
+            found[int(file.parent.name)] = int(parent)
+    return found
+
+
+def descendants() -> set[int]:
+    """The processes that this one and its children have started."""
+    parents, found = processes(), {os.getpid()}
+    while new := {child for child, parent in parents.items() if parent in found} - found:
+        found |= new
+    return found
+
+
+@pytest.fixture
+def ray(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Ray with two workers on loopback, which leaves no process behind."""
+    monkeypatch.setenv("RAY_ENABLE_WINDOWS_OR_OSX_CLUSTER", "0")  # Nobody else can join.
+    monkeypatch.setenv("RAY_AUTH_TOKEN", secrets.token_hex(32))
+    monkeypatch.setenv("RAY_USAGE_STATS_ENABLED", "0")
+    module = pytest.importorskip("ray")
+    before = descendants()
+    # Paths of sockets are short.
+    with tempfile.TemporaryDirectory(prefix="ray") as directory:
+        module.init(num_cpus=2, include_dashboard=False, log_to_driver=False, logging_level="ERROR", _temp_dir=directory)
+        own = descendants() - before
+        try:
+            assert module.util.get_node_ip_address() == "127.0.0.1"
+            yield module
+        finally:
+            own |= descendants() - before
+            module.shutdown()
+    until = time.monotonic() + 60
+    while (left := own.intersection(processes())) and time.monotonic() < until:
+        time.sleep(0.1)
+    assert not left
+
+
+def test_ray_flies_the_parts_of_a_killed_worker_again(
+    scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Path, ray: Any
+) -> None:
+    parts = tmp_path / "ray_parts"
+
+    def worker() -> int:
+        time.sleep(0.2)
+        return os.getpid()
+
+    victim = min(ray.get([ray.remote(worker).remote() for _ in range(4)]))
+    assert victim in descendants()
+    there: list[int] = []
+
+    def kill(fraction: float) -> None:
+        if fraction == 1 / PARTS:
+            os.kill(victim, signal.SIGKILL)
+            there.append(len(list(parts.glob("samples_*"))))
+
+    report = distributed.run(scene, SAMPLES, path=parts, engine="ray", part=PART, progress=kill)
+    assert report.flown + report.kept == PARTS
+    assert 0 < there[0] < PARTS, "the worker died in the middle"
+    assert victim not in processes()
+    check(pq.read_table(parts), whole)
+    distributed.run(scene, SAMPLES, path=tmp_path / "parts", part=PART)
+    assert contents(parts) == contents(tmp_path / "parts")
+    # An exception of a worker comes through and ends the run.
+    (parts / "samples_0000000016_0000000032.parquet").write_bytes(b"PAR1")
+    with pytest.raises(lgvi.EnsembleError, match="samples_0000000016_0000000032.parquet is damaged") as caught:
+        distributed.run(scene, SAMPLES, path=parts, engine="ray", part=PART)
+    assert type(caught.value) is lgvi.EnsembleError
 
 
 @pytest.fixture

@@ -59,6 +59,25 @@ def test_dictionaries_that_are_no_scenes() -> None:
             lgvi.Scene.from_dict(wrong)  # type: ignore[arg-type]
 
 
+@pytest.mark.parametrize(
+    ("attitude", "defect"),
+    [
+        ([0.0, 0.0, 0.0, 1.0 + 1e-8], "a unit quaternion: its norm is 1.00000001"),
+        ([0.0, 0.0, 0.0, 0.0], "a unit quaternion: its norm is 0"),
+        (np.eye(3) + 1e-8, r"a rotation matrix by rows: \|RᵀR − I\| is"),
+        (-np.eye(3), "a rotation matrix by rows: this is a reflection"),
+    ],
+)
+def test_attitudes_that_are_none(spin: lgvi.Scene, attitude: Any, defect: str) -> None:
+    value = dict(zip("xyzw", attitude, strict=True)) if len(attitude) == 4 else attitude
+    with pytest.raises(lgvi.SceneError, match=defect) as caught:
+        spin.with_values({"bodies[0].attitude": value})
+    assert caught.value.key == "bodies[0].attitude"
+    if len(attitude) == 4:
+        with pytest.raises(lgvi.SceneError, match=defect):
+            lgvi.rigid_bodies(1.0, [1, 1, 1], attitude_xyzw=attitude, duration_s=1.0, steps=1)
+
+
 def test_keys_that_cannot_be_set(spin: lgvi.Scene) -> None:
     with pytest.raises(lgvi.SceneError, match="no `moon`") as caught:
         spin.with_values({"bodies.moon.mass": 1.0})
@@ -167,6 +186,47 @@ def test_flights_that_would_not_fit_into_memory(spin: lgvi.Scene) -> None:
         spin.with_values({"run.steps": 10**12}).fly()
 
 
+@pytest.mark.parametrize("count", [3 * 10**12, 2**60])
+@pytest.mark.parametrize(
+    "use",
+    [
+        "spin.fly(t_eval=huge())",
+        "spin.fly(t_eval=huge(dtype=bool))",
+        "spin.fly(t_eval=huge(dtype=complex))",
+        "spin.fly(t_eval=range(count))",
+        "spin.fly(controls=lgvi.Controls(force_n=huge(3)))",
+        "spin.fly(controls=lgvi.Controls(moment_n_m=huge(3)))",
+        "spin.fly(controls=lambda t, state: huge(6))",
+        "spin.simulation().apply(huge(6))",
+        "spin.simulation().apply({'body_0': huge()})",
+        "spin.gravity(huge(1, 3), huge(1, 4))",
+        "spin.with_values({'run.steps': huge()})",
+        "spin.sweep({'run.steps': huge()})",
+        "spin.sweep({'run.steps': range(count)})",
+        "lgvi.Scene.from_dict({'bodies': huge()})",
+        "lgvi.rigid_bodies(huge(), [1, 1, 1], duration_s=1, steps=1)",
+        "lgvi.rigid_bodies(1, huge(3), duration_s=1, steps=1)",
+        "lgvi.so3.exp(huge(3))",
+        "lgvi.so3.hat(huge(3))",
+        "lgvi.so3.log(huge(3, 3))",
+        "lgvi.so3.from_quaternion(huge(4))",
+        "lgvi.se3.compose(huge(4, 4), np.eye(4))",
+        "lgvi.se3.act(np.eye(4), huge(3))",
+        "lgvi._lgvi.so3_exp(huge(3))",
+        "lgvi._lgvi.se3_act(huge(16), huge(3))",
+    ],
+)
+def test_arrays_that_would_not_fit_into_memory(spin: lgvi.Scene, use: str, count: int) -> None:
+    """Arrays whose strides are 0 have any number of elements. A process that is aborted fails the test run."""
+
+    def huge(*shape: int, dtype: type = float) -> np.ndarray:
+        row = count // max(int(np.prod(shape)), 1)
+        return np.broadcast_to(np.zeros((), dtype), (row, *shape))
+
+    with pytest.raises((MemoryError, ValueError)):
+        eval(use, {"spin": spin, "huge": huge, "count": count, "lgvi": lgvi, "np": np})
+
+
 def test_ensembles_that_cannot_be_flown(spin: lgvi.Scene, scenes: Path) -> None:
     with pytest.raises(lgvi.EnsembleError, match="ensemble"):
         spin.ensemble()
@@ -236,6 +296,7 @@ def test_errors_come_from_other_processes_as_they_are() -> None:
         lgvi.FlightError("text", 3, 0.5),
         lgvi.PlanError("text", "infeasible"),
         lgvi.EnsembleError("text"),
+        lgvi.RotationError("text"),
     ]:
         other = pickle.loads(pickle.dumps(error))
         assert (type(other), str(other), vars(other)) == (type(error), "text", vars(error))

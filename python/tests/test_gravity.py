@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 import lgvi
 
@@ -45,14 +46,20 @@ def test_gravity_is_that_of_newton_and_the_gradient_of_its_potential() -> None:
     [
         (np.zeros((1, 3)), np.ones((1, 2, 4))),
         (np.zeros((1, 2, 3)), np.ones((2, 2, 4))),
-        (np.ones((1, 2, 3)), np.zeros((1, 2, 4))),
-        (np.ones((1, 2, 3)), np.full((1, 2, 4), np.nan)),
         (np.ones((1, 1, 3)), np.ones((1, 1, 4))),
     ],
 )
 def test_arrays_of_other_shapes_are_refused(position: np.ndarray, attitude: np.ndarray) -> None:
     with pytest.raises(ValueError, match="expected"):
         scene().gravity(position, attitude)
+
+
+@pytest.mark.parametrize("attitude", [np.zeros(4), np.full(4, np.nan), np.ones(4), [0.0, 0.0, 0.0, 1.0 + 1e-8]])
+def test_quaternions_of_another_norm_are_refused(attitude: ArrayLike) -> None:
+    attitudes = np.tile([0.0, 0.0, 0.0, 1.0], (3, 2, 1))
+    attitudes[2, 1] = attitude
+    with pytest.raises(lgvi.RotationError, match=r"`attitude_xyzw\[2, 1\]`: .* is no unit quaternion: its norm is"):
+        scene().gravity(np.ones((3, 2, 3)), attitudes)
 
 
 def test_a_force_of_python_has_the_order_of_the_integrator() -> None:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import doctest
+import importlib.metadata
 import inspect
+import json
 import pickle
 import sys
 import threading
@@ -133,6 +135,30 @@ def test_bodies_dock(scenes: Path) -> None:
     assert 0 < docked["time_s"] < flight.time_s[-1]
 
 
+def test_arrays_of_objects_are_read_only_and_results_are_not(inclination: lgvi.Scene) -> None:
+    short = inclination.with_values({"run.steps": 20})
+    plan, flight = short.plan(), short.fly()
+    for thing in [plan, flight, flight.state(0), short.simulation().state()]:
+        arrays = {name: getattr(thing, name) for name in dir(thing) if not name.startswith("_")}
+        arrays = {name: array for name, array in arrays.items() if isinstance(array, np.ndarray)}
+        assert len(arrays) >= 5
+        for name, array in arrays.items():
+            assert not array.flags.writeable, f"{type(thing).__name__}.{name}"
+            with pytest.raises(ValueError, match="read-only"):
+                array[...] = 0.0
+    for array in (*short.gravity(np.ones((1, 1, 3)), [[[0, 0, 0, 1.0]]]), lgvi.so3.exp([0.0, 0.0, 1.0])):
+        assert array.flags.writeable
+
+
+def test_the_wheel_says_what_is_linked_in_and_under_which_licenses() -> None:
+    files = importlib.metadata.files("lgvi") or []
+    (bill,) = [file for file in files if file.parent.name == "sboms"]
+    components = json.loads(bill.read_text())["components"]
+    assert {"nalgebra", "numpy", "pyo3"} < {component["name"] for component in components}
+    assert all(component["licenses"] for component in components)
+    assert [file.name for file in files if file.parent.name == "licenses"] == ["LICENSE"]
+
+
 def test_wheels_turn_the_body(scenes: Path) -> None:
     text = (scenes / "wheel_slew.toml").read_text()
     text = text[: text.index("[[bodies.sensors]]")]
@@ -148,3 +174,36 @@ def test_wheels_turn_the_body(scenes: Path) -> None:
     np.testing.assert_allclose(
         pushed.angular_momentum_kg_m2_s, still.angular_momentum_kg_m2_s, rtol=0, atol=1e-13
     )
+
+
+def test_wheels_are_in_the_trajectory(scenes: Path, spin: lgvi.Scene) -> None:
+    """Each obeys I (ω + a·Ω)˙ = u; the sum of angular momenta of body and wheels is constant."""
+    scene = lgvi.rigid_bodies(1.0, [2.0, 3.0, 4.0], angular_velocity_rad_s=[0.1, 0.2, 0.3], duration_s=1.0, steps=100)
+    axes, inertia = np.array([[1.0, 0.0, 0.0], [0.0, 0.6, 0.8]]), np.array([0.01, 0.02])
+    wheels = [
+        {"name": name, "axis": axis, "inertia": part, "speed": 50.0, "viscous_friction": 1e-3}
+        for name, axis, part in zip("ab", axes, inertia, strict=True)
+    ]
+    scene = scene.with_values({"bodies[0].wheels": wheels})
+    torque = np.tile([0.3, -0.2], (100, 1))
+    flight = scene.fly(controls=lgvi.Controls(wheel_torque_n_m=torque))
+    assert flight.wheels == ("body_0.a", "body_0.b")
+    speed, applied = flight.wheel_speed_rad_s, flight.wheel_torque_n_m
+    assert speed.shape == applied.shape == flight.wheel_angle_rad.shape == (101, 2)
+    np.testing.assert_allclose(speed[0], 50.0, rtol=1e-14)
+    np.testing.assert_array_equal(applied[0], 0.0)
+    # Motors and friction, which is that of the mean speed to second order.
+    np.testing.assert_allclose(applied[1:], torque - 1e-3 * (speed[1:] + speed[:-1]) / 2, atol=1e-5)
+    axial = inertia * (speed + flight.angular_velocity_rad_s[:, 0] @ axes.T)
+    np.testing.assert_allclose(np.diff(axial, axis=0), 0.01 * applied[1:], atol=1e-14)
+    slope = np.gradient(flight.wheel_angle_rad, flight.time_s, axis=0)
+    np.testing.assert_allclose(slope[1:-1], speed[1:-1], rtol=1e-4)
+    matrix = np.diag([2.0, 3.0, 4.0]) - np.einsum("k,ki,kj->ij", inertia, axes, axes)
+    momentum = flight.angular_velocity_rad_s[:, 0] @ matrix + axial @ axes
+    inertial = np.einsum("nij,nj->ni", flight.rotation[:, 0], momentum)
+    np.testing.assert_allclose(inertial, flight.angular_momentum_kg_m2_s, atol=1e-13)
+    xarray = pytest.importorskip("xarray")
+    dataset = xarray.Dataset.from_dict(flight.to_dict())
+    np.testing.assert_array_equal(dataset.wheel_speed_rad_s.sel(wheel="body_0.b"), speed[:, 1])
+    assert spin.fly().wheels == () and spin.fly().wheel_speed_rad_s.shape == (101, 0)
+    assert "wheel_speed_rad_s" not in spin.fly().to_dict()["data_vars"]

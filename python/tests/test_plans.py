@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from pathlib import Path
 
 import numpy as np
@@ -37,6 +38,18 @@ def test_thrusters_are_commands(scenes: Path) -> None:
     np.testing.assert_allclose(flight.position_m[:, 1], plan.position_m, rtol=0.0, atol=1e-5)
     with pytest.raises(lgvi.LgviError, match="thrusters"):
         scene.ensemble(samples=2, seed=1, plan=plan)
+
+
+def test_forces_of_thrusters_are_in_the_inertial_frame(scenes: Path) -> None:
+    scene = lgvi.Scene.load(scenes / "thruster_rendezvous.toml").with_values({"run.steps": 60})
+    plan = scene.plan()
+    (chaser,) = [body for body in tomllib.loads(scene.text)["bodies"] if body["name"] == plan.body]
+    directions = np.array([thruster["direction"] for thruster in chaser["thrusters"]])
+    rotation = lgvi.so3.from_quaternion(plan.attitude_xyzw[:-1])
+    expected = np.einsum("nij,nj->ni", rotation, plan.thrust_n @ directions)
+    np.testing.assert_allclose(plan.force_n, expected, atol=1e-12)
+    # Axes of body and inertial frame differ.
+    assert np.abs(plan.force_n - plan.thrust_n @ directions).max() > 0.1
 
 
 def test_gains_correct_a_disturbed_start(scenes: Path) -> None:

@@ -156,7 +156,7 @@ fn what_cannot_be_swept_is_refused_before_the_first_flight() {
     refused(&["run.steps=100"], "is not in brackets");
     refused(
         &["run.steps=[100, 200]", "run.steps=[1, 2]"],
-        "--vary run.steps: expected each key once",
+        "--vary: `run.steps` comes twice, expected each key once",
     );
     refused(
         &[

@@ -37,34 +37,44 @@ pub(crate) fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }
 
+/// Returns why a matrix is no rotation: its columns are not orthonormal to 1e-9 in the Frobenius norm of `RᵀR − I`, or its
+/// determinant is −1; `None` if it is one.
+pub fn rotation_defect(r: &Matrix3<f64>) -> Option<String> {
+    let error = orthogonality_error(r);
+    if error.is_nan() || error > ROTATION_TOLERANCE {
+        return Some(format!(
+            "|RᵀR − I| is {error:.1e}, at most {ROTATION_TOLERANCE:e}"
+        ));
+    }
+    let reflects = r.determinant() < 0.0;
+    reflects.then(|| "this is a reflection, its determinant is −1".to_owned())
+}
+
+/// Returns why a quaternion `w + u` is no unit quaternion: its norm is not 1 to 1e-9; `None` if it is one.
+pub fn quaternion_defect(w: f64, u: &Vector3<f64>) -> Option<String> {
+    let norm = (w * w + u.norm_squared()).sqrt();
+    let fits = (norm - 1.0).abs() <= ROTATION_TOLERANCE;
+    (!fits).then(|| format!("its norm is {norm}, 1 to within {ROTATION_TOLERANCE:e}"))
+}
+
 /// Returns the rotation matrix, orthogonalized to remove the rounding of its decimals.
 pub(crate) fn rotation(key: &str, attitude: &AttitudeFile) -> Result<Matrix3<f64>, SceneError> {
     match attitude {
         AttitudeFile::Matrix(rows) => {
             let r = matrix(*rows);
-            let error = orthogonality_error(&r);
-            if error.is_nan() || error > ROTATION_TOLERANCE {
-                let expected = format!(
-                    "a rotation matrix by rows: |RᵀR − I| is {error:.1e}, at most {ROTATION_TOLERANCE:e}"
-                );
-                return Err(SceneError::value(key, rows, expected));
-            }
-            if r.determinant() < 0.0 {
-                let expected =
-                    "a rotation matrix by rows: this is a reflection, its determinant is −1";
+            if let Some(defect) = rotation_defect(&r) {
+                let expected = format!("a rotation matrix by rows: {defect}");
                 return Err(SceneError::value(key, rows, expected));
             }
             Ok(polish(&r))
         }
         AttitudeFile::Quaternion(q) => {
             let (w, u) = (q.w, Vector3::new(q.x, q.y, q.z));
-            let norm = (w * w + u.norm_squared()).sqrt();
-            if norm.is_nan() || (norm - 1.0).abs() > ROTATION_TOLERANCE {
-                let expected = format!(
-                    "a unit quaternion: its norm is {norm}, 1 to within {ROTATION_TOLERANCE:e}"
-                );
+            if let Some(defect) = quaternion_defect(w, &u) {
+                let expected = format!("a unit quaternion: {defect}");
                 return Err(SceneError::value(key, [q.w, q.x, q.y, q.z], expected));
             }
+            let norm = (w * w + u.norm_squared()).sqrt();
             let (w, u) = (w / norm, u / norm);
             let s = lgvi_lie::hat(&u);
             Ok(polish(&(Matrix3::identity() + 2.0 * (w * s + s * s))))

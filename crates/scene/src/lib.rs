@@ -64,6 +64,7 @@ mod shape;
 mod suggestion;
 mod units;
 
+pub use check::{quaternion_defect, rotation_defect};
 pub use chosen::Chosen;
 pub use compile::{MAX_THRUSTERS, MAX_WHEELS};
 pub use disturbance::{ActuatorErrors, Disturbance};

@@ -8,6 +8,7 @@ use lgvi_dynamics::{
 use lgvi_scene::{ActuatorErrors, Energies, MAX_THRUSTERS, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
+use crate::pushes::Pushes;
 use crate::target::Actuators;
 use crate::target::Target;
 use crate::{ControlError, Controls, SetStates};
@@ -32,6 +33,7 @@ pub struct Flight {
     whole: Option<u32>,
     /// Accepted sequences by target, oldest first; those that can no longer act are dropped.
     accepted: Vec<Vec<Arc<Controls>>>,
+    pushes: Pushes,
     /// Which body's controls act other than they are meant, and by how much.
     errors: Option<(usize, ActuatorErrors)>,
     loads: Vec<Load>,
@@ -81,6 +83,7 @@ impl Flight {
             accepted: (0..Target::count(bodies))
                 .map(|_| Vec::with_capacity(SEQUENCES))
                 .collect(),
+            pushes: Pushes::default(),
             errors: scene.actuator_errors(),
             loads: vec![Load::default(); bodies],
             steps: scene.steps,
@@ -165,6 +168,15 @@ impl Flight {
         Ok(())
     }
 
+    /// Lets a load in the scene's units, the force in the inertial frame and the moment in that of the body, act over the next
+    /// `steps` steps in addition to everything else that acts on `body`. Errors of actuators do not change it. Nothing happens
+    /// if there is no such body.
+    pub fn push(&mut self, body: usize, load: Load, steps: u64) {
+        let step = self.simulation.step();
+        self.pushes
+            .add(body, load, [step, step.saturating_add(steps)]);
+    }
+
     /// Which of the accepted sequences a sequence is among: those with its target.
     fn channel(&self, controls: &Controls) -> usize {
         controls.target().index(self.loads.len())
@@ -193,6 +205,7 @@ impl Flight {
     pub fn reset(&mut self, scene: &Scene) -> Result<(), SchemeError> {
         self.simulation = scene.simulation(self.scheme)?;
         self.accepted.iter_mut().for_each(Vec::clear);
+        self.pushes.clear();
         self.loads.fill(Load::default());
         Ok(())
     }
@@ -277,7 +290,7 @@ impl Flight {
         self.simulation.advance(&self.loads)
     }
 
-    /// What the accepted sequences have act in the present step, from these states.
+    /// What acts in the present step beside gravity, from these states: accepted sequences and pushes.
     fn command(&self, loads: &mut [Load], states: &[BodyState]) {
         let step = self.simulation.step();
         for (load, accepted) in loads.iter_mut().zip(&self.accepted) {
@@ -290,6 +303,7 @@ impl Flight {
         if let Some((body, errors)) = &self.errors {
             loads[*body] = errors.apply(&loads[*body]);
         }
+        self.pushes.act(step, loads);
     }
 
     /// Into how many steps one with this report was cut because it could not be made as one; `None` where it could.

@@ -13,6 +13,7 @@ mod flight;
 mod law;
 #[cfg(feature = "node")]
 mod node;
+mod pushes;
 mod set_states;
 mod target;
 

@@ -21,7 +21,16 @@ from lgvi import se3, so3
 from lgvi._lgvi import Bag, Plan, Scene, Simulation, State, Trajectory, __version__
 from lgvi.bodies import rigid_bodies
 from lgvi.controls import Controls
-from lgvi.errors import BagError, ControlError, EnsembleError, FlightError, LgviError, PlanError, SceneError
+from lgvi.errors import (
+    BagError,
+    ControlError,
+    EnsembleError,
+    FlightError,
+    LgviError,
+    PlanError,
+    RotationError,
+    SceneError,
+)
 from lgvi.results import Explanation, Table
 
 __all__ = [
@@ -35,6 +44,7 @@ __all__ = [
     "LgviError",
     "Plan",
     "PlanError",
+    "RotationError",
     "Scene",
     "SceneError",
     "Simulation",

@@ -10,6 +10,9 @@ from numpy.typing import ArrayLike
 
 from lgvi._lgvi import Scene
 
+# No text of a scene has more bodies.
+_MOST = 1 << 16
+
 
 def rigid_bodies(
     mass_kg: ArrayLike,
@@ -73,6 +76,8 @@ def rigid_bodies(
     if masses.ndim != 1:
         raise ValueError(f"`mass_kg` has the shape {masses.shape}, expected () or (bodies,)")
     count = len(masses)
+    if count > _MOST:
+        raise ValueError(f"`mass_kg` has {count} elements, expected at most {_MOST}")
     inertia = np.asarray(inertia_kg_m2, dtype=float)
     shape = (3, 3) if inertia.ndim == 3 or (inertia.shape == (3, 3) and count != 3) else (3,)
     inertias = _each("inertia_kg_m2", inertia, count, shape)

@@ -3,8 +3,8 @@
 The samples are cut into parts. Each part is flown by one task of an engine and written as one Parquet file, which appears as
 a whole. All parts together are one table, with the rows of `Scene.ensemble`, whoever has flown them.
 
-Needs fsspec and pyarrow (``pip install lgvi[distributed]``), for Dask its package ``distributed`` (``lgvi[dask]``), and for object
-stores the package that fsspec names, such as s3fs.
+Needs fsspec and pyarrow (``pip install lgvi[distributed]``), for Dask its package ``distributed`` (``lgvi[dask]``), for Ray its
+package ``ray`` (``lgvi[ray]``), and for object stores the package that fsspec names, such as s3fs.
 
 Examples
 --------
@@ -36,7 +36,7 @@ from lgvi.errors import EnsembleError
 
 __all__ = ["Report", "run"]
 
-# How often Dask tries a part again that has raised an exception, such as one of an object store.
+# How often Dask and Ray try a part again that has raised an exception, such as one of an object store.
 _RETRIES = 3
 
 
@@ -82,9 +82,10 @@ def run(
     path : path_like
         A directory, or a URL that fsspec can open, such as ``s3://bucket/capture``. In a local directory a file is written
         under another name and renamed, in an object store it is one PUT.
-    engine : {"threads"}, concurrent.futures.Executor or distributed.Client
-        Who flies: this process with a thread a core, one part after the other; or the workers of an executor or of Dask, a
-        thread a part. Dask flies the parts of dead workers again, and those that raised exceptions up to three times.
+    engine : {"threads", "ray"}, concurrent.futures.Executor or distributed.Client
+        Who flies: this process with a thread a core, one part after the other; or the workers of Ray, of an executor or of
+        Dask, a thread a part. Ray is the cluster of ``ray.init``. Dask and Ray fly the parts of dead workers again, and those
+        that raised exceptions up to three times.
     part : int
         Samples of a part.
     storage_options : mapping, optional
@@ -164,13 +165,15 @@ _FlyAll = Callable[[_Task, list[Part]], Iterator[bool]]
 def _engine(engine: Any) -> _FlyAll:
     if engine == "threads":
         return lambda task, parts: map(task.fly, parts)
+    if engine == "ray":
+        return _with_ray
     if isinstance(engine, futures.Executor):
         return functools.partial(_with_executor, engine)
     # There is no client of Dask unless its package has been imported.
     dask = sys.modules.get("distributed")
     if dask is not None and isinstance(engine, dask.Client):
         return functools.partial(_with_dask, dask, engine)
-    raise TypeError(f'`engine` is {engine!r}, expected "threads", a concurrent.futures.Executor or a distributed.Client')
+    raise TypeError(f'`engine` is {engine!r}, expected "threads", "ray", a concurrent.futures.Executor or a distributed.Client')
 
 
 def _with_executor(executor: futures.Executor, task: _Task, parts: list[Part]) -> Iterator[bool]:
@@ -192,6 +195,24 @@ def _with_dask(dask: Any, client: Any, task: _Task, parts: list[Part]) -> Iterat
             yield future.result()
     finally:
         client.cancel(waiting)
+
+
+def _with_ray(task: _Task, parts: list[Part]) -> Iterator[bool]:
+    import ray
+
+    # Retries are those of dead workers, too.
+    fly = ray.remote(max_retries=_RETRIES, retry_exceptions=True)(_fly)
+    shared = ray.put(task)
+    waiting = [fly.remote(part, shared) for part in parts]
+    try:
+        while waiting:
+            done, waiting = ray.wait(waiting)
+            yield from ray.get(done)
+    except ray.exceptions.RayTaskError as error:
+        raise error.cause from error
+    finally:
+        for part in waiting:
+            ray.cancel(part)
 
 
 def _itself(task: _Task) -> _Task:

@@ -41,6 +41,14 @@ class SceneError(LgviError, ValueError):
         self.expected = expected
 
 
+class RotationError(LgviError, ValueError):
+    """A matrix of an array is no rotation, or a quaternion no unit quaternion; the message says which and why.
+
+    The columns of a rotation are orthonormal to 1e-9 in the Frobenius norm of RᵀR − I, and its determinant is 1. The norm of a
+    unit quaternion is 1 to 1e-9.
+    """
+
+
 class FlightError(LgviError, RuntimeError):
     """A step cannot be made.
 

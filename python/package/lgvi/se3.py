@@ -1,7 +1,8 @@
 """The group SE(3) of poses, vectorised over leading dimensions.
 
 A pose T maps body coordinates ρ to R ρ + x. It is a homogeneous matrix ``[[R, x], [0, 1]]``, so that ``a @ b`` composes two
-of them too. A twist is six numbers: translation first, then rotation (rad).
+of them too. A twist is six numbers: translation first, then rotation (rad). Poses whose R is no rotation, or whose last row is
+another, are refused by `lgvi.RotationError`.
 """
 
 from __future__ import annotations

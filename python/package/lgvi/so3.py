@@ -1,7 +1,8 @@
 """The rotation group SO(3), vectorised over leading dimensions.
 
 Rotation matrices map body coordinates to inertial ones. Angles are in rad. Transcendental functions are those of the Rust
-crate `libm`, so that results are the same bits everywhere.
+crate `libm`, so that results are the same bits everywhere. Matrices that are no rotations and quaternions that are no unit
+quaternions are refused by `lgvi.RotationError`, which states the tolerance.
 """
 
 from __future__ import annotations
@@ -82,7 +83,7 @@ def to_quaternion(r: ArrayLike) -> Floats:
 
 
 def from_quaternion(q: ArrayLike) -> Floats:
-    """Return the rotation of a quaternion x, y, z, w of any length but 0, for which it is NaN.
+    """Return the rotation of a unit quaternion x, y, z, w.
 
     Parameters
     ----------

@@ -8,13 +8,9 @@ use std::sync::atomic::AtomicBool;
 
 use clap::{Args, ValueEnum};
 use lgvi_dynamics::lanes::Width;
-use lgvi_dynamics::{BodyState, Load};
-use lgvi_ensemble::{
-    self as ensemble, Campaign, Commands, FlownBy, Guidance, Place, Settings, Store,
-};
+use lgvi_ensemble::{self as ensemble, Campaign, FlownBy, Guidance, Place, Settings, Store};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
-use lgvi_planner::NominalPlan;
 use lgvi_scene::Scene;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -97,19 +93,6 @@ fn range(text: &str) -> Result<Range<u64>, String> {
         return Err("expected a range that is not empty".into());
     }
     Ok(range)
-}
-
-/// Feedback along the nominal plan.
-struct Law(NominalPlan);
-
-impl Commands for Law {
-    fn steps(&self) -> u64 {
-        self.0.arrival()
-    }
-
-    fn at(&self, step: u64, state: &BodyState) -> Load {
-        self.0.at(step, state)
-    }
 }
 
 /// Flies the samples and prints the summary.
@@ -207,10 +190,7 @@ fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
             NodeError::Input(why)
         }
     })?;
-    Ok(match plan.open_loop() {
-        Some(loads) => Guidance::OpenLoop(loads.to_vec()),
-        None => Guidance::Feedback(Box::new(Law(plan))),
-    })
+    Ok(lgvi_review::guidance(plan))
 }
 
 /// Warnings about how the samples were flown.

@@ -1,17 +1,20 @@
-//! What can be said of a scene without flying it, and of a recorded flight by flying it again, for the command `lgvi` and
-//! for other programs.
+//! What can be said of a scene without flying it, of a recorded flight by flying it again, and of many flights of a scene, for
+//! the command `lgvi` and for other programs.
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
 mod course;
 mod explain;
 mod flight_bag;
+mod guidance;
 mod scenes;
+pub mod sweep;
 mod verify;
 
 pub use course::Course;
 pub use explain::Explanation;
 pub use flight_bag::FlightBag;
+pub use guidance::guidance;
 pub use scenes::SCENES;
 pub use verify::{Difference, Outcome, Value, Verdict, verify};
 

@@ -9,20 +9,17 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Mutex, PoisonError};
-use std::thread;
 
 use clap::Args;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
+use lgvi_review::sweep::{Column, Combination, Table, Variation, combinations, fly_all};
 use serde_json::json;
 
 use crate::output::say;
 use crate::scene_input::SceneInput;
 use crate::{bars, values};
 use flown::Flown;
-use variation::{Combination, Variation};
 
 /// The command line of `lgvi sweep`.
 #[derive(Args)]
@@ -31,7 +28,7 @@ pub(crate) struct Options {
     input: SceneInput,
     /// A key of the scene and its values, such as `run.steps=[100, 200, 500]`, `run.steps=[100, 1000, log:8]` for 8 values at equal
     /// ratios, or `bodies.NAME.mass=[1, 2, lin:5]` for 5 at equal distances; with several, all combinations are flown.
-    #[arg(long, value_name = "KEY=[VALUES]", value_parser = Variation::parse, required = true)]
+    #[arg(long, value_name = "KEY=[VALUES]", value_parser = variation::parse, required = true)]
     vary: Vec<Variation>,
     /// Directory of the results, which must not exist (default: `flights/<scene>_sweep`).
     #[arg(long, value_name = "DIRECTORY", value_parser = values::path())]
@@ -47,9 +44,6 @@ pub(crate) struct Options {
     pub(crate) json: bool,
 }
 
-/// Most combinations.
-const MOST_FLIGHTS: usize = 100_000;
-
 /// Most threads.
 const MOST_THREADS: usize = 4096;
 
@@ -61,7 +55,8 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
         return Err(NodeError::Input(message));
     }
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
-    let combinations = combinations(&options.vary)?;
+    let combinations = combinations(&options.vary)
+        .map_err(|error| NodeError::Input(format!("--vary: {error}")))?;
     // A value that the scene refuses is told before the first flight.
     for combination in &combinations {
         if shutdown.requested() {
@@ -78,8 +73,8 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
         .map_err(|error| NodeError::Input(format!("cannot make {}: {error}", output.display())))?;
 
     let flown = fly(options, &combinations, &shutdown)?;
-    let table = table::Table::new(&combinations, &flown, options.time);
-    table.write(&output.join("sweep.csv"))?;
+    let table = table_of(&combinations, &flown, options.time);
+    table::write(&table, &output.join("sweep.csv"))?;
     let path = output.join("sweep.svg");
     if !options.time {
         let picture = picture::draw(&name, &combinations, &flown)?;
@@ -88,9 +83,9 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
         })?;
     }
     if options.json {
-        say(&json!({"directory": output, "flights": table.to_json()}))?;
+        say(&json!({"directory": output, "flights": table::to_json(&table)}))?;
     } else {
-        let failed = flown.iter().filter(|flight| flight.failure.is_some());
+        let failed = flown.iter().filter(|flown| flown.flight.failure.is_some());
         let mut text = format!("{name}: {} flights, {} failed", flown.len(), failed.count());
         text += &format!("\n  table     {}", output.join("sweep.csv").display());
         if !options.time {
@@ -101,28 +96,16 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// All combinations of the values, the last key varying fastest.
-fn combinations(vary: &[Variation]) -> Result<Vec<Combination>, NodeError> {
-    for (index, one) in vary.iter().enumerate() {
-        if vary[..index].iter().any(|other| other.key == one.key) {
-            let message = format!("--vary {}: expected each key once", one.key);
-            return Err(NodeError::Input(message));
-        }
+/// The table of the flights, with the times that they took if it is `timed`.
+fn table_of(combinations: &[Combination], flown: &[Flown], timed: bool) -> Table {
+    let flights: Vec<_> = flown.iter().map(|flown| &flown.flight).collect();
+    let mut table = Table::new(combinations, &flights);
+    let columns = &mut table.columns;
+    if timed && let Some(place) = columns.iter().position(|(name, _)| name == "failure") {
+        let times = flown.iter().map(|flown| Some(flown.wall_time)).collect();
+        columns.insert(place + 1, ("wall_time".to_owned(), Column::Numbers(times)));
     }
-    let counts = vary.iter().map(|one| one.values.len());
-    let count = counts.fold(1_usize, usize::saturating_mul);
-    if count > MOST_FLIGHTS {
-        let message = format!("--vary: {count} combinations, expected at most {MOST_FLIGHTS}");
-        return Err(NodeError::Input(message));
-    }
-    let mut all = vec![Combination::default()];
-    for one in vary {
-        let extended = all
-            .iter()
-            .flat_map(|before| one.values.iter().map(|value| before.and(&one.key, value)));
-        all = extended.collect();
-    }
-    Ok(all)
+    table
 }
 
 fn fly(
@@ -130,42 +113,20 @@ fn fly(
     combinations: &[Combination],
     shutdown: &Shutdown,
 ) -> Result<Vec<Flown>, NodeError> {
-    let cores = thread::available_parallelism().map_or(1, usize::from);
-    let threads = match options.threads {
-        _ if options.time => 1,
-        0 => cores,
-        threads => threads,
-    };
-    let bar = bars::bar("flying", combinations.len() as u64, "flights");
-    let next = AtomicUsize::new(0);
-    let places: Vec<_> = combinations.iter().map(|_| Mutex::new(None)).collect();
+    let threads = if options.time { 1 } else { options.threads };
     let drawn = match options.time {
         true => BTreeSet::new(),
         false => picture::drawn(combinations.len()),
     };
-    let work = || {
-        while !shutdown.requested() {
-            let index = next.fetch_add(1, Ordering::Relaxed);
-            let Some(combination) = combinations.get(index) else {
-                return;
-            };
-            let flown = options
-                .input
-                .with(combination.settings())
-                .and_then(|scene| Flown::of(scene, drawn.contains(&index), shutdown));
-            *places[index].lock().unwrap_or_else(PoisonError::into_inner) = Some(flown);
-            bar.inc(1);
-        }
+    let bar = bars::bar("flying", combinations.len() as u64, "flights");
+    let fly = |index: usize, combination: &Combination, go_on: &dyn Fn() -> bool| {
+        let scene = options.input.with(combination.settings())?;
+        Ok(Flown::of(scene, drawn.contains(&index), go_on))
     };
-    thread::scope(|scope| {
-        for _ in 0..threads.min(combinations.len()) {
-            scope.spawn(work);
-        }
+    let flown = fly_all::<_, NodeError>(combinations, threads, fly, |flown| {
+        bar.set_position(flown as u64);
+        !shutdown.requested()
     });
     bar.finish_and_clear();
-    let flown = places.into_iter().map(|place| {
-        let place = place.into_inner().unwrap_or_else(PoisonError::into_inner);
-        place.unwrap_or(Err(NodeError::Interrupted))
-    });
-    flown.collect()
+    flown?.ok_or(NodeError::Interrupted)
 }

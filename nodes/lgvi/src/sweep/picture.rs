@@ -3,10 +3,10 @@
 use std::collections::BTreeSet;
 
 use lgvi_middleware::node::NodeError;
+use lgvi_review::sweep::Combination;
 use plotters::style::RGBColor;
 
 use super::flown::{Flown, Point};
-use super::variation::Combination;
 use crate::plot::panels::{self, Curve, Panel};
 
 /// Most flights that are drawn.
@@ -50,7 +50,7 @@ pub(super) fn draw(
             let flight = &flown[*index];
             let points = flight.course.iter();
             Curve {
-                label: combinations[*index].label(),
+                label: label(&combinations[*index]),
                 color: *color,
                 points: points
                     .map(|point| [point.time, value(flight, point)])
@@ -85,4 +85,11 @@ pub(super) fn draw(
         });
     }
     panels::draw(title, &panels)
+}
+
+/// The values of a combination, as a legend shows them.
+fn label(combination: &Combination) -> String {
+    let settings = combination.settings().iter();
+    let values: Vec<_> = settings.map(|(_, value)| value.as_str()).collect();
+    values.join(", ")
 }

@@ -1,59 +1,27 @@
-//! The values of a key.
+//! The values of a key, as the command line has them.
 
+use lgvi_review::sweep::Variation;
 use toml_edit::Value;
 
 /// Most values of a key.
 const MOST: usize = 100_000;
 
-/// A key of a scene with the values that it takes, as texts of TOML.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Variation {
-    pub(super) key: String,
-    pub(super) values: Vec<String>,
-}
-
-/// A value for each key that varies.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Combination(Vec<(String, String)>);
-
-impl Combination {
-    /// This combination with a further key.
-    pub(super) fn and(&self, key: &str, value: &str) -> Self {
-        let mut all = self.0.clone();
-        all.push((key.to_owned(), value.to_owned()));
-        Self(all)
-    }
-
-    /// Keys and values.
-    pub(super) fn settings(&self) -> &[(String, String)] {
-        &self.0
-    }
-
-    /// The values, as a legend shows them.
-    pub(super) fn label(&self) -> String {
-        let values: Vec<_> = self.0.iter().map(|(_, value)| value.as_str()).collect();
-        values.join(", ")
-    }
-}
-
-impl Variation {
-    /// Reads `KEY=[VALUES]`.
-    pub(super) fn parse(text: &str) -> Result<Self, String> {
-        let (key, list) = text.split_once('=').ok_or("expected KEY=[VALUES]")?;
-        let key = key.trim().to_owned();
-        let list = list.trim();
-        let inside = list
-            .strip_prefix('[')
-            .and_then(|rest| rest.strip_suffix(']'));
-        let inside = inside.ok_or_else(|| {
-            format!("{list:?} is not in brackets, expected values as in [100, 200, 500]")
-        })?;
-        let values = match inside.rsplit_once(',') {
-            Some((ends, rule)) if is_rule(rule.trim()) => spaced(ends, rule.trim())?,
-            _ => listed(list)?,
-        };
-        Ok(Self { key, values })
-    }
+/// Reads `KEY=[VALUES]`.
+pub(super) fn parse(text: &str) -> Result<Variation, String> {
+    let (key, list) = text.split_once('=').ok_or("expected KEY=[VALUES]")?;
+    let key = key.trim().to_owned();
+    let list = list.trim();
+    let inside = list
+        .strip_prefix('[')
+        .and_then(|rest| rest.strip_suffix(']'));
+    let inside = inside.ok_or_else(|| {
+        format!("{list:?} is not in brackets, expected values as in [100, 200, 500]")
+    })?;
+    let values = match inside.rsplit_once(',') {
+        Some((ends, rule)) if is_rule(rule.trim()) => spaced(ends, rule.trim())?,
+        _ => listed(list)?,
+    };
+    Ok(Variation { key, values })
 }
 
 fn is_rule(text: &str) -> bool {
@@ -127,13 +95,12 @@ mod tests {
     use super::*;
 
     fn values(text: &str) -> Vec<String> {
-        Variation::parse(text).unwrap().values
+        parse(text).unwrap().values
     }
 
     #[test]
     fn values_are_those_of_an_array() {
-        let found =
-            Variation::parse("run.integrator = [\"lgvi\", 'rk4', {name = \"nystrom\", order = 4}]");
+        let found = parse("run.integrator = [\"lgvi\", 'rk4', {name = \"nystrom\", order = 4}]");
         let found = found.unwrap();
         assert_eq!(found.key, "run.integrator");
         assert_eq!(
@@ -154,7 +121,7 @@ mod tests {
 
     #[test]
     fn what_is_no_list_of_values_is_refused_with_what_is_expected() {
-        let refused = |text: &str| Variation::parse(text).unwrap_err();
+        let refused = |text: &str| parse(text).unwrap_err();
         assert_eq!(refused("run.steps"), "expected KEY=[VALUES]");
         assert_eq!(
             refused("run.steps=5"),

@@ -67,6 +67,24 @@ fn a_sequence_acts_from_its_first_step_for_its_length_in_si() {
 }
 
 #[test]
+fn a_push_acts_beside_sequences_and_other_pushes() {
+    let mut flight = Flight::new(&scene()).unwrap();
+    flight.accept(controls(1, 2.0, 4)).unwrap();
+    let along_x = |force| Load {
+        force: Vector3::new(force, 0.0, 0.0),
+        ..Load::default()
+    };
+    flight.push(0, along_x(5.0), 3);
+    flight.push(0, along_x(7.0), 2);
+    flight.push(1, along_x(9.0), 2);
+    let expected = [12.0, 13.0, 6.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0];
+    assert_eq!(momentum_gains(&mut flight), expected);
+    flight.push(0, along_x(5.0), u64::MAX);
+    flight.reset(&scene()).unwrap();
+    assert_eq!(momentum_gains(&mut flight), [0.0; 10]);
+}
+
+#[test]
 fn an_interval_may_last_several_steps() {
     let mut message = push(1, 2.0, 2);
     message.step_size = 0.3;

@@ -77,7 +77,8 @@ pub(super) struct Integral([f64; 2]);
 impl Integral {
     #[inline(always)]
     pub(super) fn new(unit: f64, n: usize) -> Self {
-        Self(Reciprocal::of(n + 1).0.map(|part| unit * part))
+        let Reciprocal([high, low]) = Reciprocal::of(n + 1);
+        Self([unit * high, unit * low])
     }
 
     #[inline(always)]
@@ -247,9 +248,9 @@ impl Power {
         }
         rising += weighted_s[n].load(simd) * u[0].load(simd);
         let inverse = base.inverse.load(simd);
-        let [high, low] = Reciprocal::of(n).0.map(|part| inverse * part);
+        let Reciprocal([high, low]) = Reciprocal::of(n);
         let sum = self.exponent.load(simd) * rising - falling;
-        let u = sum * high + sum * low;
+        let u = sum * (inverse * high) + sum * (inverse * low);
         self.u[n] = u.into();
         self.weighted[n] = (u * n as f64).into();
         u

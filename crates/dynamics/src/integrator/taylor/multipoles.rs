@@ -73,9 +73,8 @@ impl Side {
         self.rotated_e[n] = rotated(simd, e).into();
         let [x, y, z] = self.e[n].three();
         let h = &self.second;
-        self.slope[n] = Lanes::vector(std::array::from_fn(|i| {
-            h[(i, 0)] * x + h[(i, 1)] * y + h[(i, 2)] * z
-        }));
+        let along = |i| h[(i, 0)] * x + h[(i, 1)] * y + h[(i, 2)] * z;
+        self.slope[n] = Lanes::vector([along(0), along(1), along(2)]);
     }
 
     /// Sets coefficient n of `2 G m H e r⁻⁵`. Returns that of `5 G m e·He`.

@@ -98,9 +98,14 @@ impl Oblate {
             }
         });
         let masses = self.masses.load(simd);
-        let force: [[f64; 4]; 3] = force.map(|force| (force * masses).into());
+        let [x, y, z] = force;
+        let force: [[f64; 4]; 3] = [
+            (x * masses).into(),
+            (y * masses).into(),
+            (z * masses).into(),
+        ];
         for (lane, place) in self.places.iter().enumerate() {
-            let mut force = Vector3::from(force.map(|force| force[lane]));
+            let mut force = Vector3::new(force[0][lane], force[1][lane], force[2][lane]);
             if let Some(attitude) = &self.source.attitude {
                 force = attitude * force;
             }

@@ -44,11 +44,15 @@ impl Pairs {
     /// Adds coefficient n of all forces.
     #[inline(always)]
     pub(super) fn add_forces<S: Simd>(&mut self, simd: S, n: usize, places: &mut Places) {
-        for (axis, d) in self.d.iter_mut().enumerate() {
-            d[n] = Lanes(std::array::from_fn(|lane| {
-                let [one, other] = self.places[lane];
-                places.at[one].0[axis] - places.at[other].0[axis]
-            }));
+        let mut lanes = [[0.0; 4]; 3];
+        for (lane, [one, other]) in self.places.into_iter().enumerate() {
+            let d: [f64; 4] = (places.at[one].load(simd) - places.at[other].load(simd)).into();
+            for (lanes, d) in lanes.iter_mut().zip(d) {
+                lanes[lane] = d;
+            }
+        }
+        for (d, lanes) in self.d.iter_mut().zip(lanes) {
+            d[n] = Lanes(lanes);
         }
         let [x, y, z] = squares(simd, &self.d, n);
         self.squared.set(simd, n, x + y + z);

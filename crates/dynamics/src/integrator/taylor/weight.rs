@@ -73,8 +73,8 @@ impl Torque {
     /// Coefficient n of the moment in principal axes.
     #[inline(always)]
     pub(super) fn moment<S: Simd>(&self, simd: S, n: usize) -> f64x4<S> {
-        let [yzx, zxy] = self.first_moment.map(|moment| moment.load(simd));
-        yzx * self.field[1][n].load(simd) - zxy * self.field[0][n].load(simd)
+        let [yzx, zxy] = &self.first_moment;
+        yzx.load(simd) * self.field[1][n].load(simd) - zxy.load(simd) * self.field[0][n].load(simd)
     }
 }
 

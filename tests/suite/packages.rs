@@ -115,6 +115,29 @@ fn colcon_finds_the_messages_and_the_nodes_and_no_other_crate() {
     );
 }
 
+/// The crates below a directory that colcon's extension for Cargo would find, beside packages of ROS.
+fn crates_for_colcon(directory: &Path) -> Vec<PathBuf> {
+    let hidden = ["COLCON_IGNORE", "package.xml"];
+    if hidden.iter().any(|name| directory.join(name).exists()) {
+        return Vec::new();
+    }
+    let manifest = fs::read_to_string(directory.join("Cargo.toml")).unwrap_or_default();
+    if manifest.contains("[package]") {
+        return vec![directory.to_owned()];
+    }
+    let entries = fs::read_dir(directory).unwrap().flatten();
+    entries
+        .map(|entry| entry.path())
+        .filter(|path| path.is_dir() && !path.ends_with("target") && !path.ends_with(".git"))
+        .flat_map(|path| crates_for_colcon(&path))
+        .collect()
+}
+
+#[test]
+fn crates_are_no_packages_of_colcon() {
+    assert_eq!(crates_for_colcon(&root()), Vec::<PathBuf>::new());
+}
+
 #[test]
 fn what_colcon_installs_is_found_by_ros_and_flies() {
     let world = World::new();

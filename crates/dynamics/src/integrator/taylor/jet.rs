@@ -278,3 +278,20 @@ pub(super) fn squares<S: Simd>(simd: S, d: &[Jet; 3], n: usize) -> [f64x4<S>; 3]
     }
     sums
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The product of the first part with n is exact, so that both together are 1/n to more than twice the digits of a part.
+    #[test]
+    fn reciprocals_are_known_to_twice_the_digits() {
+        for n in 1..=64 {
+            let Reciprocal([high, low]) = Reciprocal::of(n);
+            let n = n as f64;
+            assert_eq!((high * n).to_bits() & ((1 << 20) - 1), 0, "{n}: {high}");
+            let rest = (1.0 - high * n) - low * n;
+            assert!(rest.abs() < 1e-23, "{n}: {rest:e}");
+        }
+    }
+}

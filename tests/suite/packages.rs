@@ -93,14 +93,20 @@ fn named(directory: &Path, name: &str) -> usize {
         .sum()
 }
 
-#[test]
-fn colcon_finds_the_messages_and_the_nodes_and_no_other_crate() {
-    let world = World::new();
-    let mut colcon = command(&world, "colcon");
+/// What colcon prints of the repository.
+fn printed(world: &World, arguments: &[&str]) -> String {
+    let mut colcon = command(world, "colcon");
     colcon
-        .args(["list", "--base-paths"])
+        .args(arguments)
+        .arg("--base-paths")
         .arg(root().canonicalize().unwrap());
-    let listed = world.start("colcon", colcon).finish().expect(0).stdout;
+    world.start("colcon", colcon).finish().expect(0).stdout
+}
+
+#[test]
+fn colcon_finds_the_messages_the_nodes_and_the_example_and_no_other_crate() {
+    let world = World::new();
+    let listed = printed(&world, &["list"]);
     let mut packages: Vec<(&str, &str)> = listed
         .lines()
         .filter_map(|line| Some((line.split('\t').next()?, line.split('\t').nth(2)?)))
@@ -110,6 +116,7 @@ fn colcon_finds_the_messages_and_the_nodes_and_no_other_crate() {
         packages,
         [
             ("lgvi", "(ros.ament_cmake)"),
+            ("lgvi_examples_rclcpp", "(ros.ament_cmake)"),
             ("lgvi_msgs", "(ros.ament_cmake)")
         ]
     );
@@ -136,6 +143,17 @@ fn crates_for_colcon(directory: &Path) -> Vec<PathBuf> {
 #[test]
 fn crates_are_no_packages_of_colcon() {
     assert_eq!(crates_for_colcon(&root()), Vec::<PathBuf>::new());
+}
+
+#[test]
+fn the_nodes_are_built_without_the_example_and_it_without_them() {
+    let world = World::new();
+    let graph = printed(&world, &["graph", "--dot"]);
+    let dependencies: Vec<_> = graph.lines().filter(|line| line.contains("->")).collect();
+    let [one] = *dependencies else {
+        panic!("{graph}")
+    };
+    assert!(one.trim().starts_with(r#""lgvi" -> "lgvi_msgs""#), "{one}");
 }
 
 #[test]

@@ -100,6 +100,15 @@ pub(crate) struct Turn {
     pub(crate) momentum: Matrix3<f64>,
 }
 
+/// First derivatives of the rotation of a drift by the momentum of the first group, if that is stored in the body.
+#[derive(Clone, Debug)]
+pub(crate) struct StoredTurn {
+    /// Of the pose.
+    pub(crate) pose: Matrix3<f64>,
+    /// Of the momentum.
+    pub(crate) momentum: Matrix3<f64>,
+}
+
 /// First derivatives of a step, `z⁺ = A z + B v`.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Linearization {
@@ -109,6 +118,8 @@ pub(crate) struct Linearization {
     pub(crate) glide: Option<f64>,
     /// The drift of the last group, if it is the attitude.
     pub(crate) turn: Option<Turn>,
+    /// What the momentum of the first group does in this drift, if it is stored in the body. The group then does not glide.
+    pub(crate) stored: Option<StoredTurn>,
     /// `T` of the kick after the drift.
     pub(crate) after: Blocks,
     /// The attitudes at the two kicks, if forces turn with the body.
@@ -130,6 +141,15 @@ pub(crate) const fn groups(coordinates: usize) -> usize {
 }
 
 impl Linearization {
+    /// What a stored momentum does in the drift.
+    #[inline(always)]
+    pub(crate) fn stored<const X: usize>(&self) -> Option<&StoredTurn> {
+        if groups(X) < 2 || self.glide.is_some() {
+            return None;
+        }
+        self.stored.as_ref()
+    }
+
     /// The effects of the commands in this step; `inputs` are those in the body's own axes.
     #[inline]
     pub(crate) fn inputs<'i, const U: usize>(&self, inputs: &'i Inputs<U>) -> Cow<'i, Inputs<U>> {
@@ -173,6 +193,15 @@ impl Linearization {
             z.fixed_rows_mut::<3>(pose(last)).copy_from(&moved);
             z.fixed_rows_mut::<3>(momentum(last))
                 .copy_from(&(turn.momentum * delta));
+            if let Some(StoredTurn {
+                pose: by,
+                momentum: also,
+            }) = self.stored::<X>()
+            {
+                let stored = part(&z, momentum(0));
+                add(&mut z, pose(last), &(by * stored));
+                add(&mut z, momentum(last), &(also * stored));
+            }
         }
         kick(&mut z, &self.after, &inputs.after);
         z
@@ -217,6 +246,10 @@ impl Linearization {
         if let Some(turn) = &self.turn {
             let last = groups(X) - 1;
             let (by_pose, by_momentum) = (part(lambda, pose(last)), part(lambda, momentum(last)));
+            if let Some(stored) = self.stored::<X>() {
+                let moved = stored.pose.tr_mul(&by_pose) + stored.momentum.tr_mul(&by_momentum);
+                add(lambda, momentum(0), &moved);
+            }
             let moved = turn.pose_by_momentum.tr_mul(&by_pose) + turn.momentum.tr_mul(&by_momentum);
             lambda
                 .fixed_rows_mut::<3>(pose(last))
@@ -265,6 +298,8 @@ pub(crate) struct Curvature {
     pub(crate) before: Option<Blocks>,
     /// Of the rotation.
     pub(crate) turn: Option<TurnCurvature>,
+    /// Of the rotation, by the momentum of the first group, if that is stored in the body.
+    pub(crate) stored: Option<StoredCurvature>,
     /// Of the kick after the drift, by poses.
     pub(crate) after: Option<Blocks>,
     /// Of the kick before the drift, by the attitude and the commands, if forces turn with the body.
@@ -279,4 +314,15 @@ pub(crate) struct TurnCurvature {
     pub(crate) pose_momentum: Matrix3<f64>,
     /// Symmetric.
     pub(crate) momentum_momentum: Matrix3<f64>,
+}
+
+/// Second derivatives of the rotation of a drift by a stored momentum.
+#[derive(Clone, Debug)]
+pub(crate) struct StoredCurvature {
+    /// By the pose of the last group (rows) and the stored momentum.
+    pub(crate) pose: Matrix3<f64>,
+    /// By the momentum of the last group (rows) and the stored momentum.
+    pub(crate) momentum: Matrix3<f64>,
+    /// By the stored momentum twice, symmetric.
+    pub(crate) stored: Matrix3<f64>,
 }

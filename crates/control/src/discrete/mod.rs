@@ -5,6 +5,7 @@ mod coordinates;
 mod decoupled;
 mod derivatives;
 mod drift;
+mod gyrostat;
 mod kick_drift_kick;
 pub(crate) mod linear;
 #[cfg(test)]
@@ -18,6 +19,8 @@ pub(crate) use self::{
     commands::DecoupledCommands,
     coordinates::{Coordinates, Full},
     decoupled::{DecouplingError, RotationOnly, TranslationOnly},
+    drift::Drift,
+    gyrostat::Gyrostat,
     kick_drift_kick::KickDriftKick,
     linear::{Curvature, Inputs, Linearization},
 };
@@ -65,4 +68,7 @@ pub(crate) trait DiscreteDynamics<const X: usize, const U: usize> {
 
     /// The state that `z` leads to from `state`.
     fn moved(&self, state: &BodyState, z: &SVector<f64, X>) -> BodyState;
+
+    /// Sets what a path leaves open in states along it, whose first is the initial one.
+    fn complete(&self, states: &mut [BodyState]);
 }

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
 use crate::discrete::Linearization;
-use crate::discrete::linear::{Blocks, groups, momentum, pose};
+use crate::discrete::linear::{Blocks, StoredTurn, groups, momentum, pose};
 
 /// The rows of a column, four in each of the `V` elements. Rows beyond the last one are zero.
 pub(super) type Column<S, const V: usize> = [f64x4<S>; V];
@@ -195,9 +195,31 @@ pub(super) fn before_drift<S: Simd, const V: usize, const X: usize>(
             }
             (zeta[c], delta[c]) = (by_zeta, by_delta);
         }
+        if let Some(stored) = step.stored::<X>() {
+            before_stored(columns, stored);
+        }
         for c in 0..3 {
             columns[pose(last) + c] = zeta[c];
             columns[momentum(last) + c] = delta[c];
         }
+    }
+}
+
+/// Adds the derivatives by a stored momentum to `M D`, before the other columns change.
+#[inline(always)]
+fn before_stored<S: Simd, const V: usize, const X: usize>(
+    columns: &mut [Column<S, V>; X],
+    stored: &StoredTurn,
+) {
+    let last = groups(X) - 1;
+    for c in 0..3 {
+        let mut by_stored = columns[momentum(0) + c];
+        for r in 0..3 {
+            let by_pose = stored.pose.data.0[c][r];
+            add(&mut by_stored, by_pose, &columns[pose(last) + r]);
+            let by_momentum = stored.momentum.data.0[c][r];
+            add(&mut by_stored, by_momentum, &columns[momentum(last) + r]);
+        }
+        columns[momentum(0) + c] = by_stored;
     }
 }

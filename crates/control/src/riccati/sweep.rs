@@ -14,7 +14,7 @@ use super::columns::{
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
 use crate::discrete::linear::{
-    Blocks, CommandRows, KickInputs, LANES, TurnCurvature, groups, momentum, pose,
+    Blocks, CommandRows, KickInputs, LANES, StoredCurvature, TurnCurvature, groups, momentum, pose,
 };
 use crate::discrete::{Inputs, Linearization};
 
@@ -89,6 +89,9 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         sweep.pass_kick(&step.after, curvature.after.as_ref());
         sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
+        if step.stored::<X>().is_some() {
+            sweep.add_stored(curvature.stored.as_ref());
+        }
         if let (Some(by_pose), Some(kick)) = (&step.before, &inputs.before) {
             sweep.take_more_commands(kick);
             sweep.pass_kick(by_pose, curvature.before.as_ref());
@@ -237,6 +240,30 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
                 rows[from..from + 3].copy_from_slice(&pose_momentum.data.0[c]);
                 rows[to..to + 3].copy_from_slice(&momentum_momentum.data.0[c]);
                 plus(&mut self.hessian[to + c], &load(self.simd, &rows));
+            }
+        }
+    }
+
+    /// Adds the second derivatives of a drift by a stored momentum, at its start.
+    #[inline(always)]
+    fn add_stored(&mut self, curvature: Option<&StoredCurvature>) {
+        let Some(curvature) = curvature else {
+            return;
+        };
+        let last = groups(X) - 1;
+        let [from, to, stored] = [pose(last), momentum(last), momentum(0)];
+        for c in 0..3 {
+            let mut column = [0.0; X];
+            column[from..from + 3].copy_from_slice(&curvature.pose.data.0[c]);
+            column[to..to + 3].copy_from_slice(&curvature.momentum.data.0[c]);
+            column[stored..stored + 3].copy_from_slice(&curvature.stored.data.0[c]);
+            plus(&mut self.hessian[stored + c], &load(self.simd, &column));
+            for (at, by) in [(from, &curvature.pose), (to, &curvature.momentum)] {
+                let mut column = [0.0; X];
+                for r in 0..3 {
+                    column[stored + r] = by.data.0[r][c];
+                }
+                plus(&mut self.hessian[at + c], &load(self.simd, &column));
             }
         }
     }

@@ -282,13 +282,12 @@ fn a_momentum_that_the_body_stores_turns_it() {
     let mut rng = Rng::with_seed(17);
     for intervals in [2, 3, 6] {
         let two_kicks = intervals != 3;
-        let few = problem_of::<12, 6>(&mut rng, intervals, 9, 4.0, [two_kicks, false]);
+        let few = problem_of::<12, 6>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
         assert!(few.0.iter().all(|stage| stage.step.stored.is_some()));
         agree(few, 9);
-        agree(
-            problem_of::<12, 15>(&mut rng, intervals, 12, 4.0, [two_kicks, false]),
-            12,
-        );
+        // No command moves the pose of the first group.
+        let many = problem_of::<12, 15>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
+        agree(many, 9);
     }
 }
 

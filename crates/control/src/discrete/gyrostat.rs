@@ -107,16 +107,19 @@ impl Coordinates<2> for Gyrostat {
         by_attitude(symmetric(&curvature.attitude_attitude))
     }
 
-    /// The total angular momentum of a path is that at its start.
     fn complete(&self, states: &mut [BodyState]) {
-        let [first, rest @ ..] = states else {
-            return;
-        };
-        let total = first.attitude * (first.angular_momentum + first.linear_momentum);
-        for state in rest {
-            state.linear_momentum = state.attitude.tr_mul(&total) - state.angular_momentum;
+        if let [first, rest @ ..] = states {
+            for state in rest {
+                state.linear_momentum = balance(first, state);
+            }
         }
     }
+}
+
+/// The stored momentum with which a state has the total angular momentum of another one.
+pub(crate) fn balance(other: &BodyState, state: &BodyState) -> Vector3<f64> {
+    let total = other.attitude * (other.angular_momentum + other.linear_momentum);
+    state.attitude.tr_mul(&total) - state.angular_momentum
 }
 
 /// Derivatives of the second group by its own pose.

@@ -20,7 +20,7 @@ pub(crate) use self::{
     coordinates::{Coordinates, Full},
     decoupled::{DecouplingError, RotationOnly, TranslationOnly},
     drift::Drift,
-    gyrostat::Gyrostat,
+    gyrostat::{Gyrostat, balance},
     kick_drift_kick::KickDriftKick,
     linear::{Curvature, Inputs, Linearization},
 };

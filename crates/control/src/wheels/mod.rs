@@ -12,10 +12,13 @@ use std::sync::Arc;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SVector, Vector3};
 
+use crate::multistart::search_stated;
 use crate::problem::block;
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
 use crate::units::Units;
-use crate::{Command, Dynamics, Motion, Place, Plan, Sweep, Transfer, miss};
+use crate::{
+    Command, Dynamics, Minimum, Motion, Place, Plan, SearchSettings, Sweep, Transfer, miss,
+};
 use flight::{Flight, fly};
 
 /// Maximum number of orbits that are tried.
@@ -65,6 +68,49 @@ pub(crate) fn solve(
         stationarity: plan.map_or(f64::INFINITY, |plan| plan.certificate.stationarity),
         tolerance: settings.violation,
     })
+}
+
+/// [`crate::search`] for a transfer by wheels, along the orbit of a body whose wheels coast.
+pub(crate) fn search(
+    transfer: &Transfer,
+    settings: &SearchSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
+    let coasting = vec![Command::zeros(); transfer.intervals];
+    let stated = stated(transfer, fly(transfer, &coasting)?.positions())?;
+    let minima = search_stated(&stated, settings, &mut *observe)
+        .map_err(|error| left_error(transfer, error))?;
+    let mut found = Vec::new();
+    let mut failure = None;
+    for Minimum {
+        plan,
+        winding,
+        starts,
+    } in minima
+    {
+        let flight = fly(transfer, &plan.commands)?;
+        let plan = match distance(&stated, &plan, &flight) {
+            apart if apart <= settings.newton.violation => flight
+                .check_speeds(transfer, &plan.commands)
+                .map(|()| left(transfer, plan, flight)),
+            _ => {
+                let guess = left(transfer, plan, flight);
+                solve(transfer, Start::Warm(&guess), &settings.newton, observe)
+            }
+        };
+        match plan {
+            Ok(plan) => found.push(Minimum {
+                plan,
+                winding,
+                starts,
+            }),
+            Err(error) => failure = failure.or(Some(error)),
+        }
+    }
+    match failure {
+        Some(error) if found.is_empty() => Err(error),
+        _ => Ok(found),
+    }
 }
 
 /// The transfer as that of a gyrostat along an orbit.

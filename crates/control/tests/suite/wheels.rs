@@ -3,8 +3,8 @@
 use fastrand::Rng;
 use lgvi_control::constraint::CommandLimit;
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Plan,
-    PlanError, Place, SearchSettings, Start, Terminal, Transfer, TransferError, miss, search, solve,
+    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Place,
+    Plan, PlanError, SearchSettings, Start, Terminal, Transfer, TransferError, miss, search, solve,
     solve_final_time,
 };
 use lgvi_dynamics::gravity::Central;
@@ -92,7 +92,10 @@ fn assert_flown(body: &RigidBody, transfer: &Transfer, plan: &Plan) {
         let apart = miss(&plan.states[k], state).amax();
         assert!(apart < 1e-13, "step {k}: {apart:e}");
         for (planned, flown) in momenta[k].iter().zip(wheels) {
-            assert!((planned - flown).abs() < 1e-13, "step {k}: {planned}, {flown}");
+            assert!(
+                (planned - flown).abs() < 1e-13,
+                "step {k}: {planned}, {flown}"
+            );
         }
     }
 }
@@ -129,7 +132,11 @@ fn random_slews_are_planned_and_flown() {
         let transfer = transfer(body.clone(), 100, initial, target);
         let plan = planned(&transfer).unwrap_or_else(|error| panic!("case {case}: {error}"));
         assert!(plan.certificate.terminal < 1e-12, "{:?}", plan.certificate);
-        assert!(plan.certificate.stationarity < 1e-8, "{:?}", plan.certificate);
+        assert!(
+            plan.certificate.stationarity < 1e-8,
+            "{:?}",
+            plan.certificate
+        );
         println!("{case} {} {:?}", plan.cost, plan.certificate.sufficient);
         assert_flown(&body, &transfer, &plan);
         let end = plan.states.last().expect("an end");
@@ -144,7 +151,10 @@ fn random_slews_are_planned_and_flown() {
         };
         for k in 0..=100 {
             let drift = (total(k) - total(0)).norm();
-            assert!(drift < 2e-14 * (1.0 + total(0).norm()), "case {case}, {k}: {drift:e}");
+            assert!(
+                drift < 2e-14 * (1.0 + total(0).norm()),
+                "case {case}, {k}: {drift:e}"
+            );
         }
     }
 }

@@ -169,9 +169,9 @@ fn thrusters_are_commands_with_their_places_and_limits() {
     let limits = CommandLimit::new(&[0.5, 4.0]).map(CommandLimit::one_sided);
     assert!(maneuver.constraints.is_empty());
     let limits = limits.map(Constraint::commands).ok();
-    assert_eq!(maneuver.thrust_limit, limits);
+    assert_eq!(maneuver.actuator_limit, limits);
     assert_eq!(
-        maneuver.thrust_cost([2.0, 1.0].into_iter(), 0.1),
+        maneuver.effort_cost([2.0, 1.0].into_iter(), 0.1),
         0.05 * (3.0 * 4.0 + 5.0)
     );
     let scheme = scene.scheme().unwrap();
@@ -251,7 +251,7 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
             SECOND,
             "where `solver.method` is",
         ),
-        ("commands = \"wheels\"", SECOND, "thrusters"),
+        ("commands = \"wheels\"", SECOND, "a body with `wheels`"),
     ] {
         let refused = by_thrusters(keys, second).err().unwrap_or_default();
         assert!(refused.contains(expected), "{keys}: {refused}");

@@ -15,7 +15,7 @@ use lgvi_ensemble::{
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_planner::NominalPlan;
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -193,10 +193,13 @@ fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
     let Some(maneuver) = &scene.maneuver else {
         return Ok(Guidance::None);
     };
-    if maneuver.by_thrusters() {
-        let message = "`maneuver.commands` is \"thrusters\", expected a maneuver by force and moment: samples are not flown by \
-                       thrusters";
-        return Err(NodeError::Input(message.into()));
+    let commands = maneuver.commands();
+    if commands != Commands::Loads {
+        let name = commands.name();
+        let message = format!(
+            "`maneuver.commands` is \"{name}\", expected a maneuver by force and moment: samples are not flown by {name}"
+        );
+        return Err(NodeError::Input(message));
     }
     let plan = lgvi_planner::plan(scene, &mut |_| !shutdown.requested());
     let plan = plan.map_err(|error| {

@@ -15,7 +15,7 @@ use lgvi_ensemble::{
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_planner::NominalPlan;
-use lgvi_scene::{Commands, Scene};
+use lgvi_scene::Scene;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -194,7 +194,7 @@ fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
         return Ok(Guidance::None);
     };
     let commands = maneuver.commands();
-    if commands != Commands::Loads {
+    if commands != lgvi_scene::Commands::Loads {
         let name = commands.name();
         let message = format!(
             "`maneuver.commands` is \"{name}\", expected a maneuver by force and moment: samples are not flown by {name}"

@@ -22,7 +22,7 @@ use crate::{
 use flight::{Flight, fly};
 
 /// Maximum number of orbits that are tried.
-const ORBITS: u32 = 10;
+const ORBITS: u32 = 40;
 
 /// [`crate::solve`] for a transfer by wheels.
 pub(crate) fn solve(

@@ -63,7 +63,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         first: &Linearization,
         into: &mut Curvature,
     ) {
-        let [after, before] = first.about_drift(lambda);
+        let [after, before] = first.about_drift::<X, U>(lambda);
         let weights = impulses(self.after, lambda);
         into.after = Some(self.kick_curvature(&drifted.state, controls, &weights));
         into.after_commands = self.command_curvature(&drifted.state, &weights);

@@ -7,6 +7,8 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
+use crate::problem::FEW;
+
 /// Derivatives of two groups of three coordinates by as many. A motion of one group uses the first block only.
 pub(crate) type Blocks = [[Matrix3<f64>; 2]; 2];
 
@@ -19,6 +21,10 @@ pub(crate) const fn pose(group: usize) -> usize {
 pub(crate) const fn momentum(group: usize) -> usize {
     6 * group + 3
 }
+
+/// The least number of commands with which the first of two groups may have a stored momentum. With fewer, no instruction
+/// asks whether it has.
+pub(crate) const SPINNING: usize = FEW + 1;
 
 /// The number of lanes for commands.
 pub(crate) const LANES: usize = 16;
@@ -141,13 +147,14 @@ pub(crate) const fn groups(coordinates: usize) -> usize {
 }
 
 impl Linearization {
-    /// What a stored momentum does in the drift.
+    /// What a stored momentum does in the drift, under `U` commands.
     #[inline(always)]
-    pub(crate) fn stored<const X: usize>(&self) -> Option<&StoredTurn> {
-        if groups(X) < 2 || self.glide.is_some() {
-            return None;
+    pub(crate) fn stored<const X: usize, const U: usize>(&self) -> Option<&StoredTurn> {
+        if groups(X) < 2 || U < SPINNING {
+            None
+        } else {
+            self.stored.as_ref()
         }
-        self.stored.as_ref()
     }
 
     /// The effects of the commands in this step; `inputs` are those in the body's own axes.
@@ -196,7 +203,7 @@ impl Linearization {
             if let Some(StoredTurn {
                 pose: by,
                 momentum: also,
-            }) = self.stored::<X>()
+            }) = self.stored::<X, U>()
             {
                 let stored = part(&z, momentum(0));
                 add(&mut z, pose(last), &(by * stored));
@@ -229,7 +236,7 @@ impl Linearization {
             }
         };
         kick(&mut lambda, &self.after, &inputs.after);
-        self.before_drift(&mut lambda);
+        self.before_drift(&mut lambda, self.stored::<X, U>());
         if let (Some(t), Some(inputs)) = (&self.before, &inputs.before) {
             kick(&mut lambda, t, inputs);
         }
@@ -238,7 +245,11 @@ impl Linearization {
 
     /// Turns a gradient by the state at the end of the drift into that by the state at its beginning.
     #[inline]
-    fn before_drift<const X: usize>(&self, lambda: &mut SVector<f64, X>) {
+    fn before_drift<const X: usize>(
+        &self,
+        lambda: &mut SVector<f64, X>,
+        stored: Option<&StoredTurn>,
+    ) {
         if let Some(by_momentum) = self.glide {
             let moved = by_momentum * part(lambda, pose(0));
             add(lambda, momentum(0), &moved);
@@ -246,7 +257,7 @@ impl Linearization {
         if let Some(turn) = &self.turn {
             let last = groups(X) - 1;
             let (by_pose, by_momentum) = (part(lambda, pose(last)), part(lambda, momentum(last)));
-            if let Some(stored) = self.stored::<X>() {
+            if let Some(stored) = stored {
                 let moved = stored.pose.tr_mul(&by_pose) + stored.momentum.tr_mul(&by_momentum);
                 add(lambda, momentum(0), &moved);
             }
@@ -260,7 +271,7 @@ impl Linearization {
 
     /// The gradients `λ` by the state at the end of the drift and at its beginning, from that at the end of the step.
     #[inline]
-    pub(super) fn about_drift<const X: usize>(
+    pub(super) fn about_drift<const X: usize, const U: usize>(
         &self,
         lambda: &SVector<f64, X>,
     ) -> [SVector<f64, X>; 2] {
@@ -272,7 +283,7 @@ impl Linearization {
             }
         }
         let mut before = after;
-        self.before_drift(&mut before);
+        self.before_drift(&mut before, self.stored::<X, U>());
         [after, before]
     }
 

@@ -22,7 +22,7 @@ pub(crate) use self::{
     drift::Drift,
     gyrostat::{Gyrostat, balance},
     kick_drift_kick::KickDriftKick,
-    linear::{Curvature, Inputs, Linearization},
+    linear::{Curvature, Inputs, Linearization, SPINNING},
 };
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.

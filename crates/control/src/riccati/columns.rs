@@ -195,9 +195,6 @@ pub(super) fn before_drift<S: Simd, const V: usize, const X: usize>(
             }
             (zeta[c], delta[c]) = (by_zeta, by_delta);
         }
-        if let Some(stored) = step.stored::<X>() {
-            before_stored(columns, stored);
-        }
         for c in 0..3 {
             columns[pose(last) + c] = zeta[c];
             columns[momentum(last) + c] = delta[c];
@@ -205,9 +202,9 @@ pub(super) fn before_drift<S: Simd, const V: usize, const X: usize>(
     }
 }
 
-/// Adds the derivatives by a stored momentum to `M D`, before the other columns change.
+/// What a stored momentum adds to [`before_drift`], which follows.
 #[inline(always)]
-fn before_stored<S: Simd, const V: usize, const X: usize>(
+pub(super) fn before_stored<S: Simd, const V: usize, const X: usize>(
     columns: &mut [Column<S, V>; X],
     stored: &StoredTurn,
 ) {

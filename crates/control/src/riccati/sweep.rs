@@ -9,8 +9,8 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::columns::{
-    Column, add, before_drift, before_kick, entry, load, load_all, plus, scaled, store, take,
-    transposed, zero,
+    Column, add, before_drift, before_kick, before_stored, entry, load, load_all, plus, scaled,
+    store, take, transposed, zero,
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
 use crate::discrete::linear::{
@@ -89,7 +89,7 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         sweep.pass_kick(&step.after, curvature.after.as_ref());
         sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
-        if step.stored::<X>().is_some() {
+        if step.stored::<X, U>().is_some() {
             sweep.add_stored(curvature.stored.as_ref());
         }
         if let (Some(by_pose), Some(kick)) = (&step.before, &inputs.before) {
@@ -219,10 +219,19 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
     /// Goes from the end of the drift to its start.
     #[inline(always)]
     fn pass_drift(&mut self, step: &Linearization, curvature: Option<&TurnCurvature>) {
+        let stored = step.stored::<X, U>();
+        if let Some(stored) = stored {
+            before_stored(&mut self.border, stored);
+            before_stored(&mut self.mixed, stored);
+            before_stored(&mut self.hessian, stored);
+        }
         before_drift(self.simd, &mut self.border, step);
         before_drift(self.simd, &mut self.mixed, step);
         before_drift(self.simd, &mut self.hessian, step);
         self.hessian = transposed(self.simd, &self.hessian);
+        if let Some(stored) = stored {
+            before_stored(&mut self.hessian, stored);
+        }
         before_drift(self.simd, &mut self.hessian, step);
         if let Some(curvature) = curvature {
             let [from, to] = [pose(groups(X) - 1), momentum(groups(X) - 1)];

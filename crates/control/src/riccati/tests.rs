@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::discrete::linear::{
-    Blocks, KickInputs, StoredCurvature, StoredTurn, Turn, TurnCurvature, command_rows,
+    Blocks, KickInputs, SPINNING, StoredCurvature, StoredTurn, Turn, TurnCurvature, command_rows,
 };
 use crate::discrete::tests::composed::Composed;
 
@@ -282,7 +282,7 @@ fn a_momentum_that_the_body_stores_turns_it() {
     let mut rng = Rng::with_seed(17);
     for intervals in [2, 3, 6] {
         let two_kicks = intervals != 3;
-        let few = problem_of::<12, 6>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
+        let few = problem_of::<12, SPINNING>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
         assert!(few.0.iter().all(|stage| stage.step.stored.is_some()));
         agree(few, 9);
         // No command moves the pose of the first group.

@@ -23,6 +23,7 @@ mod warm;
 pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
+use crate::discrete::SPINNING;
 use crate::newton::{Iterate, Newton, Unconstrained};
 use crate::problem::{FEW, stacked};
 use crate::shooting::Extremal;
@@ -143,8 +144,8 @@ fn spinning(
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    if transfer.actuation.commands() <= FEW {
-        Solver::new(Spinning::<FEW>, transfer, settings, observe).solve(start, again)
+    if transfer.actuation.commands() <= SPINNING {
+        Solver::new(Spinning::<SPINNING>, transfer, settings, observe).solve(start, again)
     } else {
         Solver::new(Spinning::<MAX_COMMANDS>, transfer, settings, observe).solve(start, again)
     }

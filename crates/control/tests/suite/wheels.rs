@@ -113,14 +113,14 @@ fn with_momenta(mut body: RigidBody, momenta: &[f64]) -> RigidBody {
 #[test]
 fn random_slews_are_planned_and_flown() {
     let mut rng = Rng::with_seed(61);
-    for case in 0..40 {
+    for case in 0..80 {
         let count = 3 + case % 4;
         let wheels: Vec<_> = (0..count)
             .map(|_| ReactionWheel::new(vector(&mut rng, 1.0), 0.01 + 0.02 * rng.f64()))
             .collect();
         let [a, b, c] = [(); 3].map(|()| 0.1 + rng.f64());
         let body = body([b + c, c + a, a + b], Vec::new(), &wheels);
-        let bias = if case % 3 == 0 { 0.0 } else { 1.5 };
+        let bias = [0.0, 1.5, 5.0, 10.0][case / 4 % 4];
         let momenta: Vec<_> = (0..count).map(|_| bias * (2.0 * rng.f64() - 1.0)).collect();
         let body = with_momenta(body, &momenta);
         let mut initial = still(exp(&vector(&mut rng, 3.0)));
@@ -343,4 +343,44 @@ fn what_wheels_cannot_do_is_refused() {
         matches!(refused, Err(PlanError::NotConverged { .. })),
         "{refused:?}"
     );
+}
+
+/// In units of time and angular momentum that differ by powers of two, a plan has the same bits.
+#[test]
+fn plans_are_the_same_in_any_units() {
+    let plan = |time: f64, momentum: f64, weight: f64| {
+        let wheels = [0, 1, 2].map(|axis| {
+            ReactionWheel::new(
+                Vector3::new(0.2, 0.1, 0.3) + Vector3::ith(axis, 1.0),
+                0.02 * time * momentum,
+            )
+        });
+        let body = body(
+            INERTIA.map(|moment| moment * time * momentum),
+            Vec::new(),
+            &wheels,
+        );
+        let body = with_momenta(body, &[0.5 * momentum, -0.3 * momentum, 0.1 * momentum]);
+        let mut initial = still(Matrix3::identity());
+        initial.linear_momentum /= time;
+        initial.angular_momentum = Vector3::new(0.1, 0.2, -0.1) * momentum;
+        let target = still(exp(&Vector3::new(0.4, -1.0, 1.5)));
+        let actuation = Actuation::wheels(body.wheels().expect("wheels"), &[weight; 3]);
+        let h = DURATION / 50.0 * time;
+        let field = Central {
+            gm: 1.0 / (time * time),
+        };
+        let actuation = actuation.expect("an actuation");
+        let transfer = Transfer::new(body, field, h, 50, initial, attitude_of(target), actuation)
+            .expect("a transfer")
+            .with_dynamics(Dynamics::Lgvi)
+            .with_motion(Motion::Rotation);
+        planned(&transfer).expect("a plan")
+    };
+    let own = plan(1.0, 1.0, 1.0);
+    let other = plan(8.0, 32.0, 0.25);
+    for (one, other) in own.commands.iter().zip(&other.commands) {
+        assert_eq!(*one * 4.0, *other);
+    }
+    assert_eq!(own.certificate, other.certificate);
 }

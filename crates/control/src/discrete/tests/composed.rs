@@ -85,7 +85,7 @@ impl<const X: usize, const U: usize> Composed<X, U> {
             );
             add(&mut drift, momentum(last), momentum(last), &turn.momentum);
         }
-        if let Some(stored) = first.stored::<X>() {
+        if let Some(stored) = first.stored::<X, U>() {
             add(&mut drift, pose(last), momentum(0), &stored.pose);
             add(&mut drift, momentum(last), momentum(0), &stored.momentum);
         }

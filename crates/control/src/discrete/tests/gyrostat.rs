@@ -9,6 +9,7 @@ use num_dual::HyperDual64;
 use super::model::{H, State, scenes};
 use super::{assert_same, control, differentiated, found, random};
 use crate::discrete::KickDriftKick;
+use crate::discrete::linear::SPINNING;
 use crate::problem::Dynamics;
 use crate::{Actuation, Transfer};
 
@@ -30,15 +31,22 @@ fn steps_of_gyrostats_have_the_derivatives_of_steps_made_of_potentials() {
             ..plain
         };
         let steps = KickDriftKick::gyrostat(&transfer).unwrap();
-        let (command, lambda) = (random::<6>(&mut rng, 0.5), random::<12>(&mut rng, 1.0));
+        let (command, lambda) = (
+            random::<SPINNING>(&mut rng, 0.5),
+            random::<12>(&mut rng, 1.0),
+        );
         for slow in [1.0, 1e-6] {
             let mut state = scene.state;
             let size = scene.body.inertia().matrix().trace();
             state.linear_momentum = random(&mut rng, size);
             state.angular_momentum *= slow;
             let (end, derivatives) = found(&steps, 1, &state, &command, &lambda);
-            let load = transfer.actuation.matrix().fixed_columns::<6>(0).into();
-            let expected = differentiated::<12, 6>(&lambda, |mut z, v| {
+            let load = transfer
+                .actuation
+                .matrix()
+                .fixed_columns::<SPINNING>(0)
+                .into();
+            let expected = differentiated::<12, SPINNING>(&lambda, |mut z, v| {
                 // The position is no coordinate.
                 z[..3].fill(HyperDual64::from(0.0));
                 let mut moved = State::of(&state).moved(z);

@@ -47,7 +47,11 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         into.turn = drifted.turn.as_ref().map(|turn| turn.gradient(self.body()));
         if C::STORES {
             let both = drifted.turn.as_ref().zip(into.turn.as_ref());
-            into.stored = both.and_then(|(drift, turn)| drift.stored_gradient(turn));
+            let stored = both.and_then(|(drift, turn)| drift.stored_gradient(turn));
+            match (&mut into.stored, stored) {
+                (Some(place), Some(stored)) => **place = stored,
+                (place, stored) => *place = stored.map(Box::new),
+            }
         }
         into.after = self.kick_gradient(self.after, &drifted.state, controls);
         into.frames = self.frames(&drifted.begun, &drifted.state);

@@ -125,7 +125,7 @@ pub(crate) struct Linearization {
     /// The drift of the last group, if it is the attitude.
     pub(crate) turn: Option<Turn>,
     /// What the momentum of the first group does in this drift, if it is stored in the body. The group then does not glide.
-    pub(crate) stored: Option<StoredTurn>,
+    pub(crate) stored: Option<Box<StoredTurn>>,
     /// `T` of the kick after the drift.
     pub(crate) after: Blocks,
     /// The attitudes at the two kicks, if forces turn with the body.
@@ -153,7 +153,7 @@ impl Linearization {
         if groups(X) < 2 || U < SPINNING {
             None
         } else {
-            self.stored.as_ref()
+            self.stored.as_deref()
         }
     }
 

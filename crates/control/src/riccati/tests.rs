@@ -75,9 +75,11 @@ fn step<const X: usize, const U: usize>(
             pose_by_momentum: random(rng, 0.3),
             momentum: unit + random::<3, 3>(rng, 0.3),
         }),
-        stored: stores.then(|| StoredTurn {
-            pose: random(rng, 0.3),
-            momentum: random(rng, 0.3),
+        stored: stores.then(|| {
+            Box::new(StoredTurn {
+                pose: random(rng, 0.3),
+                momentum: random(rng, 0.3),
+            })
         }),
         after: blocks(rng, 0.3, false),
         frames: (U > 6).then(|| [0, 1].map(|_| lgvi_lie::exp(&random(rng, 2.0)))),

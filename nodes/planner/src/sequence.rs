@@ -256,6 +256,49 @@ mod tests {
     }
 
     #[test]
+    fn wheels_fly_a_plan_to_the_target_or_are_told_of() {
+        let text = include_str!("../../../scenes/wheel_slew_plan.toml");
+        let text = text.replace("steps = 600", "steps = 60");
+        let scene = Scene::parse("test", &text).unwrap();
+        let whole = crate::plan(&scene, &mut |_| true).unwrap();
+        let message = whole.message(&scene).unwrap();
+        assert!(message.force.is_empty() && message.thrust.is_empty());
+        assert_eq!(message.wheel_torque.len(), 60 * 4);
+        let mut flight = Flight::new(&scene).unwrap();
+        flight
+            .accept(Controls::of_message(&scene, &message).unwrap())
+            .unwrap();
+        assert!(flight.commanded(0) && flight.has_sequence_from(0, 0));
+        for state in &whole.solution().states {
+            let apart = miss(state, &flight.states()[0]).rows(6, 6).amax();
+            assert!(apart < 1e-13, "{apart:e}");
+            if flight.step() < 60 {
+                flight.advance().unwrap();
+            }
+        }
+        let miss = scene.miss(&flight.states()[0]).unwrap().norm();
+        assert!(miss < 1e-9, "{miss:e}");
+
+        let state = whole.solution().states[20];
+        let later = crate::plan_rest(&scene, (20, state), Some(&whole), &mut |_| true);
+        let error = later.unwrap_err().to_string();
+        assert!(error.contains("begins at step 0"), "{error}");
+        let slow = text.replace("max_speed = 600.0", "max_speed = 240.0");
+        let slow = Scene::parse("test", &slow).unwrap();
+        let error = crate::plan(&slow, &mut |_| true).unwrap_err();
+        assert_eq!(error.reason, crate::Reason::Infeasible);
+        let expected = "expected at most 240.0 rad/s";
+        assert!(
+            error.message.contains("takes wheel_1 to") && error.message.contains(expected),
+            "{error}"
+        );
+        let weak = text.replace("max_torque = 8e-4", "max_torque = 3e-4");
+        let weak = Scene::parse("test", &weak).unwrap();
+        let error = crate::plan(&weak, &mut |_| true).unwrap_err();
+        assert!(error.message.contains("the limit of a wheel by"), "{error}");
+    }
+
+    #[test]
     fn the_rest_of_a_sequence_is_flown_as_the_whole() {
         for feedback in ["feedback = true", "feedback = false"] {
             let text = SCENE.replace("steps = 500", "steps = 60");

@@ -11,7 +11,7 @@ use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_ensemble::{Campaign, Commands, EnsembleError, FlownBy, Guidance, Row, Settings};
 use lgvi_planner::NominalPlan;
-use lgvi_scene::{Commands, Scene};
+use lgvi_scene::Scene;
 use numpy::IntoPyArray;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -79,8 +79,10 @@ pub(crate) fn fly<'py>(
         let message = "`plan` is in other units, steps or for another body than the scene's";
         return Err(error::ensemble(py, message));
     }
-    let commands = plan.map_or(Commands::Loads, |plan| plan.nominal().commands());
-    if commands != Commands::Loads {
+    let commands = plan.map_or(lgvi_scene::Commands::Loads, |plan| {
+        plan.nominal().commands()
+    });
+    if commands != lgvi_scene::Commands::Loads {
         let name = commands.name();
         let message = format!("`plan` commands {name}, expected one by force and moment");
         return Err(error::ensemble(py, &message));

@@ -7,7 +7,8 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, Vector3};
 
-use super::linear::{StoredCurvature, StoredTurn, Turn, TurnCurvature};
+use super::linear::{Turn, TurnCurvature};
+use super::stored::{StoredCurvature, StoredTurn};
 use crate::shooting::inverse;
 
 /// Moves the center of mass.

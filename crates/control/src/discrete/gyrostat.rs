@@ -14,7 +14,8 @@ use nalgebra::{Matrix3, Vector3};
 
 use super::coordinates::{Coordinates, Variations, symmetric};
 use super::drift::Drift;
-use super::linear::{Blocks, StoredCurvature, StoredTurn, Turn, TurnCurvature};
+use super::linear::{Blocks, Turn, TurnCurvature};
+use super::stored::{StoredCurvature, StoredTurn};
 use super::{DecouplingError, KickDriftKick};
 use crate::Transfer;
 use crate::problem::{Vector12, block};

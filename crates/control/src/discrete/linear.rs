@@ -7,7 +7,7 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
-use crate::problem::FEW;
+use super::stored::{SPINNING, StoredCurvature, StoredTurn};
 
 /// Derivatives of two groups of three coordinates by as many. A motion of one group uses the first block only.
 pub(crate) type Blocks = [[Matrix3<f64>; 2]; 2];
@@ -21,10 +21,6 @@ pub(crate) const fn pose(group: usize) -> usize {
 pub(crate) const fn momentum(group: usize) -> usize {
     6 * group + 3
 }
-
-/// The least number of commands with which the first of two groups may have a stored momentum. With fewer, no instruction
-/// asks whether it has.
-pub(crate) const SPINNING: usize = FEW + 1;
 
 /// The number of lanes for commands.
 pub(crate) const LANES: usize = 16;
@@ -103,15 +99,6 @@ pub(crate) struct Turn {
     /// `P_m = Ξ`
     pub(crate) pose_by_momentum: Matrix3<f64>,
     /// `M_m = Fᵀ + S(P) Ξ`
-    pub(crate) momentum: Matrix3<f64>,
-}
-
-/// First derivatives of the rotation of a drift by the momentum of the first group, if that is stored in the body.
-#[derive(Clone, Debug)]
-pub(crate) struct StoredTurn {
-    /// Of the pose.
-    pub(crate) pose: Matrix3<f64>,
-    /// Of the momentum.
     pub(crate) momentum: Matrix3<f64>,
 }
 
@@ -325,15 +312,4 @@ pub(crate) struct TurnCurvature {
     pub(crate) pose_momentum: Matrix3<f64>,
     /// Symmetric.
     pub(crate) momentum_momentum: Matrix3<f64>,
-}
-
-/// Second derivatives of the rotation of a drift by a stored momentum.
-#[derive(Clone, Debug)]
-pub(crate) struct StoredCurvature {
-    /// By the pose of the last group (rows) and the stored momentum.
-    pub(crate) pose: Matrix3<f64>,
-    /// By the momentum of the last group (rows) and the stored momentum.
-    pub(crate) momentum: Matrix3<f64>,
-    /// By the stored momentum twice, symmetric.
-    pub(crate) stored: Matrix3<f64>,
 }

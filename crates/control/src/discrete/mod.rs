@@ -8,6 +8,7 @@ mod drift;
 mod gyrostat;
 mod kick_drift_kick;
 pub(crate) mod linear;
+pub(crate) mod stored;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -22,7 +23,8 @@ pub(crate) use self::{
     drift::Drift,
     gyrostat::{Gyrostat, balance},
     kick_drift_kick::KickDriftKick,
-    linear::{Curvature, Inputs, Linearization, SPINNING},
+    linear::{Curvature, Inputs, Linearization},
+    stored::SPINNING,
 };
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.

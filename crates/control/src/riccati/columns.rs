@@ -4,7 +4,8 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
 use crate::discrete::Linearization;
-use crate::discrete::linear::{Blocks, StoredTurn, groups, momentum, pose};
+use crate::discrete::linear::{Blocks, groups, momentum, pose};
+use crate::discrete::stored::StoredTurn;
 
 /// The rows of a column, four in each of the `V` elements. Rows beyond the last one are zero.
 pub(super) type Column<S, const V: usize> = [f64x4<S>; V];

@@ -14,8 +14,9 @@ use super::columns::{
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
 use crate::discrete::linear::{
-    Blocks, CommandRows, KickInputs, LANES, StoredCurvature, TurnCurvature, groups, momentum, pose,
+    Blocks, CommandRows, KickInputs, LANES, TurnCurvature, groups, momentum, pose,
 };
+use crate::discrete::stored::StoredCurvature;
 use crate::discrete::{Inputs, Linearization};
 
 /// A stage: its model, its first derivatives, and the effects of its commands.

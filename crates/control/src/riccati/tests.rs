@@ -4,9 +4,8 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
-use crate::discrete::linear::{
-    Blocks, KickInputs, SPINNING, StoredCurvature, StoredTurn, Turn, TurnCurvature, command_rows,
-};
+use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature, command_rows};
+use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
 
 fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f64, R, C> {

@@ -9,7 +9,7 @@ use num_dual::HyperDual64;
 use super::model::{H, State, scenes};
 use super::{assert_same, control, differentiated, found, random};
 use crate::discrete::KickDriftKick;
-use crate::discrete::linear::SPINNING;
+use crate::discrete::stored::SPINNING;
 use crate::problem::Dynamics;
 use crate::{Actuation, Transfer};
 

@@ -384,3 +384,20 @@ fn plans_are_the_same_in_any_units() {
     }
     assert_eq!(own.certificate, other.certificate);
 }
+
+/// Without momentum, two wheels turn a body about the third axis by turns about the others.
+#[test]
+fn two_wheels_without_momentum_turn_a_body_to_any_attitude() {
+    let wheels = orthogonal();
+    let body = body(INERTIA, Vec::new(), &wheels[..2]);
+    let mut rng = Rng::with_seed(63);
+    for case in 0..6 {
+        let target = still(exp(&vector(&mut rng, 1.5)));
+        let transfer = transfer(body.clone(), 100, still(Matrix3::identity()), target);
+        let plan = planned(&transfer).unwrap_or_else(|error| panic!("case {case}: {error}"));
+        assert_flown(&body, &transfer, &plan);
+        let end = plan.states.last().expect("an end");
+        let missed = miss(&target, end).rows(6, 6).amax();
+        assert!(missed < 1e-10, "case {case}: {missed:e}");
+    }
+}

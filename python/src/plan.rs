@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lgvi_control::Certificate;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_planner::{Iteration, NominalPlan, plan, plan_rest};
-use lgvi_scene::{Maneuver, Scene};
+use lgvi_scene::{Commands, Maneuver, Scene};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -89,6 +89,22 @@ impl Plan {
             scene: &self.scene,
             states: &self.plan.solution().states,
         }
+    }
+
+    /// The commands of so many actuators in SI, shape (n, actuators), or (n, 0) if others are commanded.
+    fn efforts<'py>(
+        &self,
+        py: Python<'py>,
+        (of, count): (Commands, usize),
+        in_si: impl Fn(f64) -> f64,
+    ) -> PyResult<Array<'py>> {
+        let count = if self.plan.commands() == of { count } else { 0 };
+        let commands = &self.plan.solution().commands;
+        let each = commands
+            .iter()
+            .flat_map(|command| command.iter().take(count));
+        let efforts = each.map(|effort| in_si(*effort)).collect();
+        read_only(py, &[commands.len(), count], efforts)
     }
 
     fn body(&self) -> usize {
@@ -177,17 +193,22 @@ impl Plan {
     /// commands are thrusters.
     #[getter]
     fn thrust_n<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let count = match self.plan.commands_thrusters() {
-            true => self.scene.bodies[self.body()].thrusters.len(),
-            false => 0,
-        };
-        let commands = &self.plan.solution().commands;
-        let unit = self.scene.units.force();
-        let each = commands
-            .iter()
-            .flat_map(|command| command.iter().take(count));
-        let thrust = each.map(|thrust| thrust.max(0.0) * unit).collect();
-        read_only(py, &[commands.len(), count], thrust)
+        let scene = &self.scene;
+        let thrusters = scene.bodies[self.body()].thrusters.len();
+        let unit = scene.units.force();
+        self.efforts(py, (Commands::Thrusters, thrusters), |thrust| {
+            thrust.max(0.0) * unit
+        })
+    }
+
+    /// Torques on the body's reaction wheels (N m), in the scene's order, each held over a step, shape (n, wheels); (n, 0)
+    /// unless the commands are wheels.
+    #[getter]
+    fn wheel_torque_n_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let scene = &self.scene;
+        let wheels = scene.bodies[self.body()].wheels.len();
+        let unit = scene.units.energy();
+        self.efforts(py, (Commands::Wheels, wheels), |torque| torque * unit)
     }
 
     /// Moments (N m), body frame, each held over a step, shape (n, 3).
@@ -243,15 +264,15 @@ impl Plan {
         read_only(py, &[states.len(), 3], each.collect())
     }
 
-    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none or the commands are thrusters.
+    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none or the commands are thrusters or wheels.
     ///
     /// Rows are force (N, inertial frame) and moment (N m, body frame). Columns are the deviations of position (m), linear
     /// momentum (kg m/s), attitude log(R*ᵀR) (rad, body frame) and angular momentum (kg m²/s, body frame).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let gains = match self.plan.commands_thrusters() {
-            true => &[][..],
-            false => &self.plan.solution().feedback,
+        let gains = match self.plan.commands() {
+            Commands::Loads => &self.plan.solution().feedback[..],
+            Commands::Thrusters | Commands::Wheels => &[],
         };
         let numbers = gains
             .iter()

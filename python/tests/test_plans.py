@@ -52,6 +52,18 @@ def test_forces_of_thrusters_are_in_the_inertial_frame(scenes: Path) -> None:
     assert np.abs(plan.force_n - plan.thrust_n @ directions).max() > 0.1
 
 
+def test_wheels_are_commands(scenes: Path) -> None:
+    scene = lgvi.Scene.load(scenes / "wheel_slew_plan.toml").with_values({"run.steps": 120})
+    plan = scene.plan()
+    assert plan.wheel_torque_n_m.shape == (120, 4) and plan.thrust_n.shape == (120, 0)
+    assert np.abs(plan.wheel_torque_n_m).max() <= 8e-4 * (1.0 + 1e-6)
+    assert plan.gain.shape == (0, 6, 12)
+    flight = scene.fly(controls=plan)
+    np.testing.assert_allclose(flight.attitude_xyzw[:, 0], plan.attitude_xyzw, rtol=0.0, atol=1e-12)
+    with pytest.raises(lgvi.LgviError, match="wheels"):
+        scene.ensemble(samples=2, seed=1, plan=plan)
+
+
 def test_gains_correct_a_disturbed_start(scenes: Path) -> None:
     """With the gains applied by hand, a disturbed flight misses the target by less than in open loop."""
     scene = lgvi.Scene.load(scenes / "inclination_change.toml")

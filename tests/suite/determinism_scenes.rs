@@ -99,6 +99,7 @@ scenes!(
     tumbling_target,
     two_dumbbells,
     wheel_slew,
+    wheel_slew_plan,
 );
 
 /// Plans and flights without nodes, hashed by the example `fly`.
@@ -137,6 +138,22 @@ fn a_flight_by_thrusters_is_planned_anew_and_arrives() {
     );
     let recording = Recording::read(&bag);
     world.verify_agrees(&bag, recording.on(STATE).count() as u64);
+}
+
+/// The wheels fly the plan of their torques, which leads to the target at its cost.
+#[test]
+fn a_flight_by_wheels_arrives_at_the_cost_of_its_plan() {
+    let world = World::new();
+    let (summary, _) = world.fly_fast(&scene("wheel_slew_plan"), "wheels");
+    let flown = summary.flight.unwrap();
+    let (miss, cost) = (flown.miss.unwrap(), flown.cost.unwrap());
+    assert!(miss.attitude < 1e-10, "{miss:?}");
+    assert!(miss.angular_momentum < 1e-10, "{miss:?}");
+    let planned = summary.plan.unwrap().cost;
+    assert!(
+        (cost / planned - 1.0).abs() < 1e-9,
+        "{cost}, planned {planned}"
+    );
 }
 
 /// In lockstep the flight waits for its plans: how long they take, and how slow the machine is, does not matter.

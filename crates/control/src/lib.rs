@@ -50,6 +50,7 @@ pub mod shooting;
 mod solver;
 mod sweep;
 mod units;
+mod wheels;
 
 pub use lgvi_lie::nalgebra;
 

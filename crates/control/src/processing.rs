@@ -14,7 +14,7 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::discrete::{Coordinates, Full, Inputs, Linearization};
+use crate::discrete::{Coordinates, Drift, Full, Inputs, Linearization};
 use crate::problem::Dynamics;
 use crate::{Plan, Transfer, TransferError};
 

@@ -138,6 +138,11 @@ impl ReactionWheel {
         Ok(())
     }
 
+    /// The change of the relative speed by a unit of torque in a unit of time.
+    fn per_torque(&self, inverse: &Matrix3<f64>) -> f64 {
+        self.inertia.recip() + self.axis.dot(&(inverse * self.axis))
+    }
+
     /// The torque on a wheel of speed `ω` over a step of length `h`, for a torque that its motor is asked for: the mean of
     /// the motor and the bearing. The torque changes the relative speed by `per_torque` in a unit of time. Viscous friction
     /// is that of the mean speed. Coulomb friction stops the wheel but does not reverse it.
@@ -226,6 +231,24 @@ impl Wheels {
         each.map(|(wheel, state)| state.momentum * wheel.axis).sum()
     }
 
+    /// Returns the first wheel that the torques asked for would take past the limit of its speed over a step of length `h`
+    /// that begins with this angular velocity, and the speed there. The inertia of the body has the given inverse. All in
+    /// the body frame.
+    pub fn overspeed(
+        &self,
+        angular_velocity: &Vector3<f64>,
+        inverse: &Matrix3<f64>,
+        h: f64,
+    ) -> Option<(usize, f64)> {
+        let reached = |index: usize| {
+            let wheel = &self.wheels[index];
+            let speed = self.speed(index, angular_velocity);
+            let next = speed + h * wheel.per_torque(inverse) * self.commands[index];
+            (next.abs() > wheel.max_speed.max(speed.abs())).then_some((index, next))
+        };
+        (0..self.wheels.len()).find_map(reached)
+    }
+
     /// `Σ h²/(2I)`, the kinetic energy of the wheels' axial rotation.
     pub fn energy(&self) -> f64 {
         let each = self.wheels.iter().zip(&self.states);
@@ -262,7 +285,7 @@ impl Wheels {
         for index in 0..self.wheels.len() {
             let speed = self.speed(index, angular_velocity);
             let wheel = &self.wheels[index];
-            let per_torque = wheel.inertia.recip() + wheel.axis.dot(&(inverse * wheel.axis));
+            let per_torque = wheel.per_torque(inverse);
             let torque = wheel.torque(self.commands[index], speed, per_torque, h);
             let state = &mut self.states[index];
             state.torque = torque;

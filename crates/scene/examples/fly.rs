@@ -10,7 +10,7 @@ use std::{env, fs};
 
 use lgvi_control::{NewtonSettings, Start, solve};
 use lgvi_dynamics::{BodyState, Load};
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 
 fn hash(hasher: &mut DefaultHasher, states: &[BodyState]) {
     for state in states {
@@ -32,7 +32,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let mut hasher = DefaultHasher::new();
 
         let mut controls = Vec::new();
-        let mut thrust = Vec::new();
+        let mut efforts = Vec::new();
         let mut body = 0;
         if let (Some(maneuver), Some(transfer)) = (&scene.maneuver, scene.transfer()) {
             let plan = solve(&transfer?, Start::Cold, &NewtonSettings::default(), |_| {
@@ -40,10 +40,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             })?;
             hash(&mut hasher, &plan.states);
             body = maneuver.body;
-            if maneuver.by_thrusters() {
-                thrust = plan.commands;
-            } else {
-                controls = plan.controls;
+            match maneuver.commands() {
+                Commands::Loads => controls = plan.controls,
+                Commands::Thrusters | Commands::Wheels => efforts = plan.commands,
             }
         }
 
@@ -52,9 +51,11 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         hash(&mut hasher, simulation.states());
         for step in 0..scene.steps {
             loads[body] = controls.get(step as usize).copied().unwrap_or_default();
-            if let Some(thrust) = thrust.get(step as usize) {
-                let count = scene.bodies[body].thrusters.len();
-                simulation.set_thruster_commands(body, &thrust.as_slice()[..count]);
+            if let Some(efforts) = efforts.get(step as usize) {
+                let [thrusters, wheels] =
+                    [&scene.bodies[body].thrusters, &scene.bodies[body].wheels];
+                simulation.set_thruster_commands(body, &efforts.as_slice()[..thrusters.len()]);
+                simulation.set_wheel_commands(body, &efforts.as_slice()[..wheels.len()]);
             }
             simulation.advance(&loads)?;
             hash(&mut hasher, simulation.states());

@@ -27,8 +27,8 @@ pub struct Maneuver {
     pub motion: Motion,
     /// Constraints along the path.
     pub constraints: Vec<Constraint>,
-    /// The limits of the body's thrusters, if these are the commands.
-    pub thrust_limit: Option<Constraint>,
+    /// The limits of the body's thrusters or wheels, if these are the commands.
+    pub actuator_limit: Option<Constraint>,
     /// Range of durations, or `None` if the duration is fixed to that of the run.
     pub final_time: Option<FinalTime>,
     /// Settings of the solver.
@@ -117,10 +117,41 @@ impl Replan {
     }
 }
 
+/// What the commands of a maneuver are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Commands {
+    /// Force and moment, or actuators that exert them.
+    Loads,
+    /// The forces of the body's thrusters.
+    Thrusters,
+    /// The torques of the body's reaction wheels.
+    Wheels,
+}
+
+impl Commands {
+    /// Their name in scenes, which force and moment do not have.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Loads => "none",
+            Self::Thrusters => "thrusters",
+            Self::Wheels => "wheels",
+        }
+    }
+}
+
 impl Maneuver {
+    /// Returns what the commands are.
+    pub fn commands(&self) -> Commands {
+        match self.actuator_limit {
+            Some(_) if self.actuation.is_of_wheels() => Commands::Wheels,
+            Some(_) => Commands::Thrusters,
+            None => Commands::Loads,
+        }
+    }
+
     /// Returns true if the commands are the forces of the body's thrusters.
     pub fn by_thrusters(&self) -> bool {
-        self.thrust_limit.is_some()
+        self.commands() == Commands::Thrusters
     }
 
     /// Returns the cost of a force and moment over one step `h`.
@@ -128,11 +159,11 @@ impl Maneuver {
         self.actuation.cost_of(h, control)
     }
 
-    /// Returns the cost of the forces of thrusters over one step `h`.
-    pub fn thrust_cost(&self, thrust: impl Iterator<Item = f64>, h: f64) -> f64 {
+    /// Returns the cost of the forces of thrusters, or of the torques of wheels, over one step `h`.
+    pub fn effort_cost(&self, efforts: impl Iterator<Item = f64>, h: f64) -> f64 {
         let mut command = Command::zeros();
-        for (command, thrust) in command.iter_mut().zip(thrust) {
-            *command = thrust;
+        for (command, effort) in command.iter_mut().zip(efforts) {
+            *command = effort;
         }
         self.actuation.cost(h, &command)
     }
@@ -166,7 +197,7 @@ impl Scene {
             None => constraint.clone(),
         };
         let constraints = maneuver.constraints.iter().map(later);
-        let constraints: Vec<_> = constraints.chain(maneuver.thrust_limit.clone()).collect();
+        let constraints: Vec<_> = constraints.chain(maneuver.actuator_limit.clone()).collect();
         let transfer = Transfer::new(
             self.bodies[maneuver.body].body.clone(),
             self.gravity.on_body(maneuver.body, &self.bodies),

@@ -2,7 +2,7 @@ use lgvi_control::Plan;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 use thiserror::Error;
 
 use crate::sequence::Sequence;
@@ -132,18 +132,18 @@ impl NominalPlan {
         self.sequence.limits.is_some()
     }
 
-    /// Whether it commands thrusters.
-    pub fn commands_thrusters(&self) -> bool {
-        self.sequence.thrusters > 0
+    /// What it commands.
+    pub fn commands(&self) -> Commands {
+        self.sequence.commands
     }
 
-    /// One load a step, unless a feedback law corrects them or thrusters are commanded.
+    /// One load a step, unless a feedback law corrects them or thrusters or wheels are commanded.
     pub fn open_loop(&self) -> Option<&[Load]> {
-        let open = self.sequence.limits.is_none() && !self.commands_thrusters();
+        let open = self.sequence.limits.is_none() && self.commands() == Commands::Loads;
         open.then_some(self.sequence.plan.controls.as_slice())
     }
 
-    /// The force and moment that it lets act during `step` on the body in `state`: none if it commands thrusters.
+    /// The force and moment that it lets act during `step` on the body in `state`: none if it commands thrusters or wheels.
     pub fn at(&self, step: u64, state: &BodyState) -> Load {
         self.sequence.at(step, state).unwrap_or_default()
     }

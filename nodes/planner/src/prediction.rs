@@ -1,7 +1,7 @@
 use std::fmt::Display;
 
 use lgvi_dynamics::{BodyState, Load};
-use lgvi_scene::{Scene, Scheme};
+use lgvi_scene::{Commands, Scene, Scheme};
 
 use crate::follower::Observed;
 use crate::sequence::Sequence;
@@ -49,12 +49,16 @@ impl Forecast {
             loads[body] = newest
                 .find_map(|sequence| sequence.at(step, state))
                 .unwrap_or_default();
-            let thrust = sequences
+            let newest = sequences
                 .iter()
                 .rev()
-                .find_map(|sequence| sequence.thrust(step));
-            if let Some(thrust) = thrust.filter(|thrust| !thrust.is_empty()) {
-                simulation.set_thruster_commands(body, &thrust);
+                .find_map(|sequence| Some((sequence.commands, sequence.efforts(step)?)));
+            match newest {
+                Some((Commands::Thrusters, thrust)) => {
+                    simulation.set_thruster_commands(body, &thrust);
+                }
+                Some((Commands::Wheels, torques)) => simulation.set_wheel_commands(body, &torques),
+                Some((Commands::Loads, _)) | None => (),
             }
             simulation.advance(&loads).map_err(|error| fail(&error))?;
         }

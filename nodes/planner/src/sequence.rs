@@ -6,7 +6,7 @@ use lgvi_control::{Command, MAX_COMMANDS, Plan, miss};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
-use lgvi_scene::{Maneuver, Scene};
+use lgvi_scene::{Commands, Maneuver, Scene};
 use nalgebra::{SMatrix, Vector3};
 
 /// A plan as it is flown: from a step on, with or without its feedback law.
@@ -18,8 +18,10 @@ pub(crate) struct Sequence {
     pub(crate) plan: Arc<Plan>,
     /// Of the corrected control; `None` in open loop.
     pub(crate) limits: Option<Limits>,
-    /// The number of thrusters that it commands, or none if it commands force and moment.
-    pub(crate) thrusters: usize,
+    /// What it commands.
+    pub(crate) commands: Commands,
+    /// The number of thrusters or wheels that it commands; 0 if it commands force and moment.
+    actuators: usize,
 }
 
 impl Sequence {
@@ -28,9 +30,10 @@ impl Sequence {
             first_step,
             limits: (maneuver.feedback && plan.feedback.len() == plan.controls.len())
                 .then(|| limits(maneuver)),
-            thrusters: match maneuver.by_thrusters() {
-                true => maneuver.actuation.commands(),
-                false => 0,
+            commands: maneuver.commands(),
+            actuators: match maneuver.commands() {
+                Commands::Loads => 0,
+                Commands::Thrusters | Commands::Wheels => maneuver.actuation.commands(),
             },
             plan: Arc::new(plan),
         }
@@ -59,13 +62,18 @@ impl Sequence {
         let past = usize::try_from(past)
             .unwrap_or(usize::MAX)
             .min(controls.len());
-        if self.thrusters > 0 {
-            let force = scene.units.force();
+        if self.commands != Commands::Loads {
             let sequence = control_sequence(scene, body, first_step, &[], None)?;
             let intervals = self.plan.commands[past..].iter();
-            let thrust = intervals.flat_map(|command| self.thrust_of(command));
+            let efforts = intervals.flat_map(|command| self.efforts_of(command));
+            let in_si = |unit: f64| efforts.map(|effort| effort * unit).collect();
+            let [thrust, wheel_torque] = match self.commands {
+                Commands::Wheels => [Vec::new(), in_si(scene.units.energy())],
+                _ => [in_si(scene.units.force()), Vec::new()],
+            };
             return Ok(ControlSequence {
-                thrust: thrust.map(|thrust| thrust * force).collect(),
+                thrust,
+                wheel_torque,
                 ..sequence
             });
         }
@@ -77,31 +85,34 @@ impl Sequence {
         control_sequence(scene, body, first_step, &controls[past..], law)
     }
 
-    /// The forces that a command asks thrusters for: an optimal one may be below 0 by the tolerance of the solver.
-    fn thrust_of<'c>(&self, command: &'c Command) -> impl Iterator<Item = f64> + use<'c> {
-        command
-            .iter()
-            .take(self.thrusters)
-            .map(|thrust| thrust.max(0.0))
+    /// What a command asks thrusters or wheels for. The optimal force of a thruster may be below 0 by the tolerance of the
+    /// solver.
+    fn efforts_of<'c>(&self, command: &'c Command) -> impl Iterator<Item = f64> + use<'c> {
+        let least = match self.commands {
+            Commands::Wheels => f64::NEG_INFINITY,
+            _ => 0.0,
+        };
+        let efforts = command.iter().take(self.actuators);
+        efforts.map(move |effort| effort.max(least))
     }
 
     fn interval(&self, step: u64) -> Option<usize> {
         usize::try_from(step.checked_sub(self.first_step)?).ok()
     }
 
-    /// The forces that it asks thrusters for during `step`; empty if it commands none, `None` before its first step.
-    pub(crate) fn thrust(&self, step: u64) -> Option<Vec<f64>> {
+    /// What it asks thrusters or wheels for during `step`; empty if it commands none, `None` before its first step.
+    pub(crate) fn efforts(&self, step: u64) -> Option<Vec<f64>> {
         let interval = self.interval(step)?;
         Some(match self.plan.commands.get(interval) {
-            Some(command) => self.thrust_of(command).collect(),
-            None => vec![0.0; self.thrusters],
+            Some(command) => self.efforts_of(command).collect(),
+            None => vec![0.0; self.actuators],
         })
     }
 
     /// The force and moment that it lets act during `step` on a body in `state`; `None` before its first step.
     pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
         let interval = self.interval(step)?;
-        if self.thrusters > 0 {
+        if self.commands != Commands::Loads {
             return Some(Load::default());
         }
         let plan = &self.plan;
@@ -242,6 +253,49 @@ mod tests {
         }
         let miss = scene.miss(&flight.states()[1]).unwrap().norm();
         assert!(miss < 1e-4, "{miss:e}");
+    }
+
+    #[test]
+    fn wheels_fly_a_plan_to_the_target_or_are_told_of() {
+        let text = include_str!("../../../scenes/wheel_slew_plan.toml");
+        let text = text.replace("steps = 600", "steps = 60");
+        let scene = Scene::parse("test", &text).unwrap();
+        let whole = crate::plan(&scene, &mut |_| true).unwrap();
+        let message = whole.message(&scene).unwrap();
+        assert!(message.force.is_empty() && message.thrust.is_empty());
+        assert_eq!(message.wheel_torque.len(), 60 * 4);
+        let mut flight = Flight::new(&scene).unwrap();
+        flight
+            .accept(Controls::of_message(&scene, &message).unwrap())
+            .unwrap();
+        assert!(flight.commanded(0) && flight.has_sequence_from(0, 0));
+        for state in &whole.solution().states {
+            let apart = miss(state, &flight.states()[0]).rows(6, 6).amax();
+            assert!(apart < 1e-13, "{apart:e}");
+            if flight.step() < 60 {
+                flight.advance().unwrap();
+            }
+        }
+        let miss = scene.miss(&flight.states()[0]).unwrap().norm();
+        assert!(miss < 1e-9, "{miss:e}");
+
+        let state = whole.solution().states[20];
+        let later = crate::plan_rest(&scene, (20, state), Some(&whole), &mut |_| true);
+        let error = later.unwrap_err().to_string();
+        assert!(error.contains("begins at step 0"), "{error}");
+        let slow = text.replace("max_speed = 600.0", "max_speed = 240.0");
+        let slow = Scene::parse("test", &slow).unwrap();
+        let error = crate::plan(&slow, &mut |_| true).unwrap_err();
+        assert_eq!(error.reason, crate::Reason::Infeasible);
+        let expected = "expected at most 240.0 rad/s";
+        assert!(
+            error.message.contains("takes wheel_1 to") && error.message.contains(expected),
+            "{error}"
+        );
+        let weak = text.replace("max_torque = 8e-4", "max_torque = 3e-4");
+        let weak = Scene::parse("test", &weak).unwrap();
+        let error = crate::plan(&weak, &mut |_| true).unwrap_err();
+        assert!(error.message.contains("the limit of a wheel by"), "{error}");
     }
 
     #[test]

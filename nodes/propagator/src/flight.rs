@@ -41,8 +41,8 @@ pub struct Flight {
     steps: u64,
     /// The actuators of all bodies, and how many.
     actuators: Vec<(Actuators, usize, usize)>,
-    /// The body whose plans command its thrusters.
-    by_thrusters: Option<usize>,
+    /// The thrusters or wheels that plans command, and their body.
+    planned: Option<(Actuators, usize)>,
 }
 
 /// States that a flight cannot go on from.
@@ -92,20 +92,18 @@ impl Flight {
                 .map(|(actuators, body)| (actuators, body, actuators.of(scene, body).len()))
                 .filter(|(.., count)| *count > 0)
                 .collect(),
-            by_thrusters: scene
-                .maneuver
-                .as_ref()
-                .filter(|maneuver| maneuver.by_thrusters())
-                .map(|maneuver| maneuver.body),
+            planned: scene.maneuver.as_ref().and_then(|maneuver| {
+                let actuators = Actuators::commanded(maneuver.commands())?;
+                Some((actuators, maneuver.body))
+            }),
         }
     }
 
-    /// The sequences of a body's plans: for itself, or for its thrusters where its plans command them.
+    /// The sequences of a body's plans: for itself, or for its thrusters or wheels where its plans command them.
     fn plans(&self, body: usize) -> &[Arc<Controls>] {
-        let target = if self.by_thrusters == Some(body) {
-            Target::Actuators(Actuators::Thrusters, body)
-        } else {
-            Target::Body(body)
+        let target = match self.planned {
+            Some((actuators, planned)) if planned == body => Target::Actuators(actuators, body),
+            _ => Target::Body(body),
         };
         &self.accepted[target.index(self.loads.len())]
     }

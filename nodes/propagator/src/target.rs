@@ -1,6 +1,6 @@
 //! What controls act on.
 
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 
 /// What a sequence or a command acts on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -37,6 +37,15 @@ pub enum Actuators {
 }
 
 impl Actuators {
+    /// Those that a maneuver with these commands commands.
+    pub(crate) fn commanded(commands: Commands) -> Option<Self> {
+        match commands {
+            Commands::Loads => None,
+            Commands::Thrusters => Some(Self::Thrusters),
+            Commands::Wheels => Some(Self::Wheels),
+        }
+    }
+
     /// Their names, in the scene's order.
     pub(crate) fn of(self, scene: &Scene, body: usize) -> &[String] {
         let named = &scene.bodies[body];

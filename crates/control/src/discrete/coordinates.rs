@@ -6,14 +6,18 @@ use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use super::drift::{RotationDrift, glide};
+use super::drift::{Drift, RotationDrift, glide};
 use super::linear::Blocks;
 use crate::problem::{Vector12, block, miss};
 
 /// `N` groups of three coordinates of pose and of momentum, with their drift and their kick by gravity.
 pub(crate) trait Coordinates<const N: usize> {
+    /// The drift of the last group, if it is the attitude.
+    type Drift: Drift;
     /// Whether the first group is the center of mass.
     const GLIDES: bool;
+    /// Whether the momentum of the first group is stored in the body, so that it turns the last group.
+    const STORES: bool = false;
 
     /// `state`, with the coordinates that are not planned set to their values at step `k`.
     fn at(&self, k: usize, state: &BodyState) -> BodyState;
@@ -26,7 +30,7 @@ pub(crate) trait Coordinates<const N: usize> {
         body: &RigidBody,
         h: f64,
         state: &mut BodyState,
-    ) -> Result<Option<RotationDrift>, Unsolvable>;
+    ) -> Result<Option<Self::Drift>, Unsolvable>;
 
     /// Adds impulses to the momenta.
     fn kick(&self, impulses: &[Vector3<f64>; N], state: &mut BodyState);
@@ -45,6 +49,9 @@ pub(crate) trait Coordinates<const N: usize> {
         state: &BodyState,
         weights: &[Vector3<f64>; N],
     ) -> Blocks;
+
+    /// Sets what a path leaves open in states along it, whose first is the initial one.
+    fn complete(&self, _states: &mut [BodyState]) {}
 }
 
 /// Variations `z` of states, as in [`DiscreteDynamics::difference`](super::DiscreteDynamics::difference) and
@@ -59,6 +66,7 @@ pub(crate) trait Variations<const X: usize> {
 pub(crate) struct Full;
 
 impl Coordinates<2> for Full {
+    type Drift = RotationDrift;
     const GLIDES: bool = true;
 
     #[inline(always)]

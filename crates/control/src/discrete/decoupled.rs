@@ -131,6 +131,7 @@ fn alone(block: Matrix3<f64>) -> Blocks {
 }
 
 impl Coordinates<1> for TranslationOnly {
+    type Drift = RotationDrift;
     const GLIDES: bool = true;
 
     fn at(&self, k: usize, state: &BodyState) -> BodyState {
@@ -194,6 +195,7 @@ impl Variations<6> for TranslationOnly {
 }
 
 impl Coordinates<1> for RotationOnly {
+    type Drift = RotationDrift;
     const GLIDES: bool = false;
 
     fn at(&self, k: usize, state: &BodyState) -> BodyState {

@@ -6,16 +6,16 @@ use nalgebra::{SVector, Vector3};
 
 use super::KickDriftKick;
 use super::coordinates::Coordinates;
-use super::drift::RotationDrift;
-use super::linear::{Curvature, Linearization, momentum};
+use super::drift::Drift;
+use super::linear::{Curvature, Linearization, momentum, pose};
 
 /// A step up to its last kick.
-pub(super) struct Drifted {
+pub(super) struct Drifted<D> {
     /// The state at the beginning of the drift.
     begun: BodyState,
     /// The state at the end of the drift.
     pub(super) state: BodyState,
-    turn: Option<RotationDrift>,
+    turn: Option<D>,
 }
 
 impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, U> {
@@ -25,7 +25,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         k: usize,
         state: &BodyState,
         controls: &[Vector3<f64>; N],
-    ) -> Result<Drifted, Unsolvable> {
+    ) -> Result<Drifted<C::Drift>, Unsolvable> {
         let begun = self.begin(k, state, controls);
         let mut state = begun;
         let turn = self.drift(k, &mut state)?;
@@ -36,7 +36,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
     #[inline]
     pub(super) fn first(
         &self,
-        drifted: &Drifted,
+        drifted: &Drifted<C::Drift>,
         controls: &[Vector3<f64>; N],
         into: &mut Linearization,
     ) {
@@ -45,6 +45,14 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             .map(|tau| self.kick_gradient(tau, &drifted.begun, controls));
         into.glide = self.glide();
         into.turn = drifted.turn.as_ref().map(|turn| turn.gradient(self.body()));
+        if C::STORES {
+            let both = drifted.turn.as_ref().zip(into.turn.as_ref());
+            let stored = both.and_then(|(drift, turn)| drift.stored_gradient(turn));
+            match (&mut into.stored, stored) {
+                (Some(place), Some(stored)) => **place = stored,
+                (place, stored) => *place = stored.map(Box::new),
+            }
+        }
         into.after = self.kick_gradient(self.after, &drifted.state, controls);
         into.frames = self.frames(&drifted.begun, &drifted.state);
     }
@@ -53,13 +61,13 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
     #[inline]
     pub(super) fn second<const X: usize>(
         &self,
-        drifted: &Drifted,
+        drifted: &Drifted<C::Drift>,
         controls: &[Vector3<f64>; N],
         lambda: &SVector<f64, X>,
         first: &Linearization,
         into: &mut Curvature,
     ) {
-        let [after, before] = first.about_drift(lambda);
+        let [after, before] = first.about_drift::<X, U>(lambda);
         let weights = impulses(self.after, lambda);
         into.after = Some(self.kick_curvature(&drifted.state, controls, &weights));
         into.after_commands = self.command_curvature(&drifted.state, &weights);
@@ -72,6 +80,15 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
                 let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
                 drift.curvature(self.body(), turn, &part(last), &part(last + 3))
             });
+        if C::STORES {
+            let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
+            let (third, fourth) = (part(pose(N - 1)), part(momentum(N - 1)));
+            let drifts = drifted.turn.as_ref().zip(first.turn.as_ref());
+            let all = drifts.zip(into.turn.as_ref());
+            into.stored = all.and_then(|((drift, turn), own)| {
+                drift.stored_curvature(turn, own, &third, &fourth)
+            });
+        }
         let weights = self.before.map(|tau| impulses(tau, &before));
         into.before =
             weights.map(|weights| self.kick_curvature(&drifted.begun, controls, &weights));

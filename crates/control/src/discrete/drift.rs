@@ -8,12 +8,44 @@ use lgvi_lie::{compose, hat, rotate_back};
 use nalgebra::{Matrix3, Vector3};
 
 use super::linear::{Turn, TurnCurvature};
+use super::stored::{StoredCurvature, StoredTurn};
 use crate::shooting::inverse;
 
 /// Moves the center of mass.
 #[inline]
 pub(crate) fn glide(body: &RigidBody, h: f64, state: &mut BodyState) {
     state.position += (h / body.mass()) * state.linear_momentum;
+}
+
+/// The rotation of a drift with its derivatives, by the variations at its beginning.
+pub(crate) trait Drift {
+    /// First derivatives by attitude and momentum.
+    fn gradient(&self, body: &RigidBody) -> Turn;
+
+    /// First derivatives by a stored momentum, if there is one.
+    fn stored_gradient(&self, _first: &Turn) -> Option<StoredTurn> {
+        None
+    }
+
+    /// Second derivatives of `λ³·log + λ⁴·Π⁺` by attitude and momentum.
+    fn curvature(
+        &self,
+        body: &RigidBody,
+        first: &Turn,
+        third: &Vector3<f64>,
+        fourth: &Vector3<f64>,
+    ) -> TurnCurvature;
+
+    /// Those by a stored momentum, if there is one; `own` are those without it.
+    fn stored_curvature(
+        &self,
+        _first: &Turn,
+        _own: &TurnCurvature,
+        _third: &Vector3<f64>,
+        _fourth: &Vector3<f64>,
+    ) -> Option<StoredCurvature> {
+        None
+    }
 }
 
 /// The rotation of a drift: `h S(Π) = F J_d − J_d Fᵀ`, `R⁺ = R F`, `P = Π⁺ = FᵀΠ`.
@@ -41,9 +73,11 @@ impl RotationDrift {
             momentum: state.angular_momentum,
         })
     }
+}
 
+impl Drift for RotationDrift {
     #[inline]
-    pub(crate) fn gradient(&self, body: &RigidBody) -> Turn {
+    fn gradient(&self, body: &RigidBody) -> Turn {
         let relative = self.turn.matrix();
         let f_t = relative.transpose();
         let f_jd = relative * body.inertia().nonstandard();
@@ -59,7 +93,7 @@ impl RotationDrift {
     /// Second derivatives of `λ³·log + λ⁴·Π⁺`. With `w = λ³ + λ⁴ × P`, `Q' = Q + λ⁴ Pᵀ` and `X = F S(λ⁴) Ξ` they are
     /// `H_ζΠ = −½ F S(λ³) Ξ`, `H_ΠΠ = Ξᵀ(½(Q' + Q'ᵀ) − tr[Q'] I) Ξ − X − Xᵀ`.
     #[inline]
-    pub(crate) fn curvature(
+    fn curvature(
         &self,
         body: &RigidBody,
         first: &Turn,

@@ -13,7 +13,6 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::DiscreteDynamics;
 use super::coordinates::{Coordinates, Full, Variations};
-use super::drift::RotationDrift;
 use super::linear::{
     Blocks, CommandRows, Curvature, Inputs, KickInputs, Linearization, command_rows,
 };
@@ -103,7 +102,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         &self,
         k: usize,
         state: &mut BodyState,
-    ) -> Result<Option<RotationDrift>, Unsolvable> {
+    ) -> Result<Option<C::Drift>, Unsolvable> {
         let Transfer { body, h, .. } = self.transfer;
         self.coordinates.drift(k, body, *h, state)
     }
@@ -264,5 +263,9 @@ where
 
     fn moved(&self, state: &BodyState, z: &SVector<f64, X>) -> BodyState {
         self.coordinates.moved(state, z)
+    }
+
+    fn complete(&self, states: &mut [BodyState]) {
+        self.coordinates.complete(states);
     }
 }

@@ -7,6 +7,8 @@ use std::borrow::Cow;
 
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
+use super::stored::{SPINNING, StoredCurvature, StoredTurn};
+
 /// Derivatives of two groups of three coordinates by as many. A motion of one group uses the first block only.
 pub(crate) type Blocks = [[Matrix3<f64>; 2]; 2];
 
@@ -109,6 +111,8 @@ pub(crate) struct Linearization {
     pub(crate) glide: Option<f64>,
     /// The drift of the last group, if it is the attitude.
     pub(crate) turn: Option<Turn>,
+    /// What the momentum of the first group does in this drift, if it is stored in the body. The group then does not glide.
+    pub(crate) stored: Option<Box<StoredTurn>>,
     /// `T` of the kick after the drift.
     pub(crate) after: Blocks,
     /// The attitudes at the two kicks, if forces turn with the body.
@@ -130,6 +134,16 @@ pub(crate) const fn groups(coordinates: usize) -> usize {
 }
 
 impl Linearization {
+    /// What a stored momentum does in the drift, under `U` commands.
+    #[inline(always)]
+    pub(crate) fn stored<const X: usize, const U: usize>(&self) -> Option<&StoredTurn> {
+        if groups(X) < 2 || U < SPINNING {
+            None
+        } else {
+            self.stored.as_deref()
+        }
+    }
+
     /// The effects of the commands in this step; `inputs` are those in the body's own axes.
     #[inline]
     pub(crate) fn inputs<'i, const U: usize>(&self, inputs: &'i Inputs<U>) -> Cow<'i, Inputs<U>> {
@@ -173,6 +187,15 @@ impl Linearization {
             z.fixed_rows_mut::<3>(pose(last)).copy_from(&moved);
             z.fixed_rows_mut::<3>(momentum(last))
                 .copy_from(&(turn.momentum * delta));
+            if let Some(StoredTurn {
+                pose: by,
+                momentum: also,
+            }) = self.stored::<X, U>()
+            {
+                let stored = part(&z, momentum(0));
+                add(&mut z, pose(last), &(by * stored));
+                add(&mut z, momentum(last), &(also * stored));
+            }
         }
         kick(&mut z, &self.after, &inputs.after);
         z
@@ -200,7 +223,7 @@ impl Linearization {
             }
         };
         kick(&mut lambda, &self.after, &inputs.after);
-        self.before_drift(&mut lambda);
+        self.before_drift(&mut lambda, self.stored::<X, U>());
         if let (Some(t), Some(inputs)) = (&self.before, &inputs.before) {
             kick(&mut lambda, t, inputs);
         }
@@ -209,7 +232,11 @@ impl Linearization {
 
     /// Turns a gradient by the state at the end of the drift into that by the state at its beginning.
     #[inline]
-    fn before_drift<const X: usize>(&self, lambda: &mut SVector<f64, X>) {
+    fn before_drift<const X: usize>(
+        &self,
+        lambda: &mut SVector<f64, X>,
+        stored: Option<&StoredTurn>,
+    ) {
         if let Some(by_momentum) = self.glide {
             let moved = by_momentum * part(lambda, pose(0));
             add(lambda, momentum(0), &moved);
@@ -217,6 +244,10 @@ impl Linearization {
         if let Some(turn) = &self.turn {
             let last = groups(X) - 1;
             let (by_pose, by_momentum) = (part(lambda, pose(last)), part(lambda, momentum(last)));
+            if let Some(stored) = stored {
+                let moved = stored.pose.tr_mul(&by_pose) + stored.momentum.tr_mul(&by_momentum);
+                add(lambda, momentum(0), &moved);
+            }
             let moved = turn.pose_by_momentum.tr_mul(&by_pose) + turn.momentum.tr_mul(&by_momentum);
             lambda
                 .fixed_rows_mut::<3>(pose(last))
@@ -227,7 +258,7 @@ impl Linearization {
 
     /// The gradients `λ` by the state at the end of the drift and at its beginning, from that at the end of the step.
     #[inline]
-    pub(super) fn about_drift<const X: usize>(
+    pub(super) fn about_drift<const X: usize, const U: usize>(
         &self,
         lambda: &SVector<f64, X>,
     ) -> [SVector<f64, X>; 2] {
@@ -239,7 +270,7 @@ impl Linearization {
             }
         }
         let mut before = after;
-        self.before_drift(&mut before);
+        self.before_drift(&mut before, self.stored::<X, U>());
         [after, before]
     }
 
@@ -265,6 +296,8 @@ pub(crate) struct Curvature {
     pub(crate) before: Option<Blocks>,
     /// Of the rotation.
     pub(crate) turn: Option<TurnCurvature>,
+    /// Of the rotation, by the momentum of the first group, if that is stored in the body.
+    pub(crate) stored: Option<StoredCurvature>,
     /// Of the kick after the drift, by poses.
     pub(crate) after: Option<Blocks>,
     /// Of the kick before the drift, by the attitude and the commands, if forces turn with the body.

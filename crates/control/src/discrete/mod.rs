@@ -5,8 +5,10 @@ mod coordinates;
 mod decoupled;
 mod derivatives;
 mod drift;
+mod gyrostat;
 mod kick_drift_kick;
 pub(crate) mod linear;
+pub(crate) mod stored;
 #[cfg(test)]
 pub(crate) mod tests;
 
@@ -18,8 +20,11 @@ pub(crate) use self::{
     commands::DecoupledCommands,
     coordinates::{Coordinates, Full},
     decoupled::{DecouplingError, RotationOnly, TranslationOnly},
+    drift::Drift,
+    gyrostat::{Gyrostat, balance},
     kick_drift_kick::KickDriftKick,
     linear::{Curvature, Inputs, Linearization},
+    stored::SPINNING,
 };
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.
@@ -65,4 +70,7 @@ pub(crate) trait DiscreteDynamics<const X: usize, const U: usize> {
 
     /// The state that `z` leads to from `state`.
     fn moved(&self, state: &BodyState, z: &SVector<f64, X>) -> BodyState;
+
+    /// Sets what a path leaves open in states along it, whose first is the initial one.
+    fn complete(&self, states: &mut [BodyState]);
 }

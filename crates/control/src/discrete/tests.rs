@@ -1,6 +1,7 @@
 //! The derivatives of steps compared with automatic differentiation of an independent implementation from potentials.
 
 pub(crate) mod composed;
+mod gyrostat;
 pub(crate) mod model;
 
 use lgvi_dynamics::integrator::Rotor;

@@ -73,6 +73,9 @@ pub enum FinalTimeError {
         /// The expected range.
         expected: &'static str,
     },
+    /// The final time of a plan by reaction wheels is not optimized.
+    #[error("the commands are torques of reaction wheels, expected other commands")]
+    Wheels,
     /// No plan was found at a final time: at the first one, or closer and closer to one that had a plan.
     #[error("final time {final_time}: {source}")]
     Plan {
@@ -130,6 +133,9 @@ pub fn solve_final_time(
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<TimedPlan, FinalTimeError> {
     check(time)?;
+    if transfer.actuation.is_of_wheels() {
+        return Err(FinalTimeError::Wheels);
+    }
     let intervals = transfer.intervals as f64;
     let mut search = Root::new([time.shortest, time.longest], time.tolerance);
     let mut final_time = (transfer.h * intervals).clamp(time.shortest, time.longest);

@@ -11,7 +11,7 @@ use crate::solver::{
     NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve_in_own_units as solve,
 };
 use crate::units::Units;
-use crate::{Plan, Transfer};
+use crate::{Plan, Transfer, wheels};
 use paths::Detours;
 pub use winding::Winding;
 
@@ -64,6 +64,18 @@ const SAME: f64 = 1e-6;
 /// # Errors
 /// Returns the solver's error of the cold start if no start leads to a minimum.
 pub fn search(
+    transfer: &Transfer,
+    settings: &SearchSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
+    if transfer.actuation.is_of_wheels() {
+        return wheels::search(transfer, settings, &mut observe);
+    }
+    search_stated(transfer, settings, observe)
+}
+
+/// [`search`] for a transfer that is solved as it is stated.
+pub(crate) fn search_stated(
     transfer: &Transfer,
     settings: &SearchSettings,
     mut observe: impl FnMut(&Progress) -> bool,

@@ -6,6 +6,7 @@ use nalgebra::{SVector, Vector3};
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
+use crate::discrete::balance;
 use crate::newton::guess::hermite;
 use crate::{Certificate, Plan, Sweep, Transfer};
 
@@ -115,7 +116,7 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
     let mut commands = Vec::with_capacity(*intervals);
     for k in 1..=*intervals {
         let (position, attitude) = path[k];
-        let state = match path.get(k + 1) {
+        let mut state = match path.get(k + 1) {
             Some((next_position, next_attitude)) => {
                 let moved = attitude.tr_mul(next_attitude) * body.inertia().nonstandard();
                 BodyState {
@@ -128,6 +129,17 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
             None => *to,
         };
         let before = states[k - 1];
+        if transfer.orbit.is_some() {
+            state.linear_momentum = balance(initial, &state);
+            let force = (state.linear_momentum - before.linear_momentum) / *h;
+            let exchanged = Load {
+                force,
+                moment: -force,
+            };
+            commands.push(actuation.allocated(&exchanged, &one_sided));
+            states.push(state);
+            continue;
+        }
         let carried = attitude.tr_mul(&before.attitude) * before.angular_momentum;
         let gravity = field.load(body, &position, &attitude);
         let force = (state.linear_momentum - before.linear_momentum) / *h - gravity.force;

@@ -89,6 +89,7 @@ where
         .collect();
     states.push(*to);
     states[0] = problem.initial;
+    problem.steps.complete(&mut states);
 
     let mut linear = Linearization::default();
     let idle = SVector::zeros();

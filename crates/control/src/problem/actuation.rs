@@ -2,7 +2,8 @@ use std::ops::RangeInclusive;
 
 use lgvi_dynamics::Load;
 use lgvi_dynamics::thrusters::{Thruster, Thrusters};
-use nalgebra::{Matrix3, SMatrix, SVD, SVector};
+use lgvi_dynamics::wheels::Wheels;
+use nalgebra::{Matrix3, SMatrix, SVD, SVector, Vector3};
 use thiserror::Error;
 
 use super::transfer::invert;
@@ -33,6 +34,8 @@ pub struct Actuation {
     commands: usize,
     /// True if the forces turn with the body.
     fixed_to_body: bool,
+    /// True if the commands are torques of the body's wheels.
+    of_wheels: bool,
     /// `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺`
     pseudo_inverse: SMatrix<f64, MAX_COMMANDS, 6>,
     /// `W_f⁻¹` and `W_m⁻¹` if the commands are force and moment themselves.
@@ -73,12 +76,14 @@ pub enum ActuationError {
         /// Number of columns.
         found: usize,
     },
-    /// There are more or fewer weights than thrusters.
-    #[error("{found} weights for {expected} thrusters, expected one for each")]
+    /// There are more or fewer weights than thrusters or wheels.
+    #[error("{found} weights for {expected} {what}, expected one for each")]
     Weights {
+        /// "thrusters" or "wheels".
+        what: &'static str,
         /// Number of weights.
         found: usize,
-        /// Number of thrusters.
+        /// Number of thrusters or wheels.
         expected: usize,
     },
     /// A column is zero, or a component is out of range.
@@ -113,6 +118,7 @@ impl Actuation {
             weight,
             commands: 6,
             fixed_to_body: false,
+            of_wheels: false,
             gains: Some(gains),
         })
     }
@@ -143,6 +149,7 @@ impl Actuation {
             weight: weights,
             commands,
             fixed_to_body: false,
+            of_wheels: false,
             gains: None,
         })
     }
@@ -152,6 +159,7 @@ impl Actuation {
         let thrusters = thrusters.thrusters();
         if weights.len() != thrusters.len() {
             return Err(ActuationError::Weights {
+                what: "thrusters",
                 found: weights.len(),
                 expected: thrusters.len(),
             });
@@ -164,6 +172,39 @@ impl Actuation {
         let weights = weights.iter().copied();
         let columns: Vec<_> = thrusters.iter().map(column).zip(weights).collect();
         Self::actuators(&columns).map(Self::fixed_to_body)
+    }
+
+    /// The actuation by a body's reaction wheels, whose commands are the torques on them, with a weight for each.
+    pub fn wheels(wheels: &Wheels, weights: &[f64]) -> Result<Self, ActuationError> {
+        let wheels = wheels.wheels();
+        if weights.len() != wheels.len() {
+            return Err(ActuationError::Weights {
+                what: "wheels",
+                found: weights.len(),
+                expected: wheels.len(),
+            });
+        }
+        let column = |axis: Vector3<f64>| [0.0, 0.0, 0.0, -axis.x, -axis.y, -axis.z];
+        let columns = wheels.iter().map(|wheel| column(wheel.axis));
+        let columns: Vec<_> = columns.zip(weights.iter().copied()).collect();
+        Ok(Self {
+            of_wheels: true,
+            ..Self::actuators(&columns)?
+        })
+    }
+
+    /// The same commands as exchanges of momentum: in the place of forces are the torques on what the body stores, against
+    /// the moments on the body.
+    pub(crate) fn exchanging(&self) -> Self {
+        let mut matrix = self.matrix;
+        let moments = matrix.fixed_rows::<3>(3).into_owned();
+        matrix.fixed_rows_mut::<3>(0).copy_from(&-moments);
+        Self {
+            pseudo_inverse: pseudo_inverse(&matrix, &self.weight),
+            matrix,
+            of_wheels: false,
+            ..self.clone()
+        }
     }
 
     /// The actuation with actuators that are fixed to the body, such as thrusters: forces are in the body frame, too, and
@@ -216,6 +257,11 @@ impl Actuation {
     /// Returns true if the forces turn with the body.
     pub fn is_fixed_to_body(&self) -> bool {
         self.fixed_to_body
+    }
+
+    /// Returns true if the commands are torques of the body's wheels.
+    pub fn is_of_wheels(&self) -> bool {
+        self.of_wheels
     }
 
     /// `B`; columns beyond the last command are zero.
@@ -357,8 +403,6 @@ fn pseudo_inverse(matrix: &Effects, weight: &Weight) -> SMatrix<f64, MAX_COMMAND
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
-
     use super::*;
 
     /// With values beyond these limits, the singular value decomposition would not terminate.

@@ -31,6 +31,9 @@ pub struct Transfer {
     pub(crate) motion: Motion,
     pub(crate) terminal: TerminalSet,
     pub(crate) inequalities: InequalitySet,
+    /// Of a transfer by reaction wheels as it is solved: the positions of the body at `0 … N`, in the transfer's unit of length. The
+    /// momentum of the wheels is then in the place of the linear momentum, and the commands act on both.
+    pub(crate) orbit: Option<Arc<[Vector3<f64>]>>,
     /// Rounding error of `[δx, δγ, ζ, δΠ]` at the end, or zero if it is not known.
     pub(crate) rounding: Vector12,
 }
@@ -53,6 +56,16 @@ pub enum TransferError {
     /// The initial state is not finite.
     #[error("the initial state is {0:?}, expected finite numbers")]
     Initial(Box<BodyState>),
+    /// The commands are not the torques of all wheels of the body.
+    #[error(
+        "the body has {wheels} reaction wheels and the actuation commands {commands} of them, expected all"
+    )]
+    Wheels {
+        /// Number of wheels of the body.
+        wheels: usize,
+        /// Number of commands that are torques of wheels.
+        commands: usize,
+    },
     /// The body is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -116,6 +129,14 @@ impl Transfer {
         if *body.mobility() != Mobility::Free {
             return Err(TransferError::Mobility(*body.mobility()));
         }
+        let wheels = body.wheels().map_or(0, |wheels| wheels.wheels().len());
+        let commands = match actuation.is_of_wheels() {
+            true => actuation.commands(),
+            false => 0,
+        };
+        if wheels != commands {
+            return Err(TransferError::Wheels { wheels, commands });
+        }
         if !initial.is_finite() {
             return Err(TransferError::Initial(Box::new(initial)));
         }
@@ -132,6 +153,7 @@ impl Transfer {
             motion: Motion::default(),
             terminal,
             inequalities: InequalitySet::default(),
+            orbit: None,
             rounding: Vector12::zeros(),
         })
     }

@@ -5,6 +5,7 @@ use fearless_simd::{Simd, f64x4};
 
 use crate::discrete::Linearization;
 use crate::discrete::linear::{Blocks, groups, momentum, pose};
+use crate::discrete::stored::StoredTurn;
 
 /// The rows of a column, four in each of the `V` elements. Rows beyond the last one are zero.
 pub(super) type Column<S, const V: usize> = [f64x4<S>; V];
@@ -199,5 +200,24 @@ pub(super) fn before_drift<S: Simd, const V: usize, const X: usize>(
             columns[pose(last) + c] = zeta[c];
             columns[momentum(last) + c] = delta[c];
         }
+    }
+}
+
+/// What a stored momentum adds to [`before_drift`], which follows.
+#[inline(always)]
+pub(super) fn before_stored<S: Simd, const V: usize, const X: usize>(
+    columns: &mut [Column<S, V>; X],
+    stored: &StoredTurn,
+) {
+    let last = groups(X) - 1;
+    for c in 0..3 {
+        let mut by_stored = columns[momentum(0) + c];
+        for r in 0..3 {
+            let by_pose = stored.pose.data.0[c][r];
+            add(&mut by_stored, by_pose, &columns[pose(last) + r]);
+            let by_momentum = stored.momentum.data.0[c][r];
+            add(&mut by_stored, by_momentum, &columns[momentum(last) + r]);
+        }
+        columns[momentum(0) + c] = by_stored;
     }
 }

@@ -9,13 +9,14 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::columns::{
-    Column, add, before_drift, before_kick, entry, load, load_all, plus, scaled, store, take,
-    transposed, zero,
+    Column, add, before_drift, before_kick, before_stored, entry, load, load_all, plus, scaled,
+    store, take, transposed, zero,
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
 use crate::discrete::linear::{
     Blocks, CommandRows, KickInputs, LANES, TurnCurvature, groups, momentum, pose,
 };
+use crate::discrete::stored::StoredCurvature;
 use crate::discrete::{Inputs, Linearization};
 
 /// A stage: its model, its first derivatives, and the effects of its commands.
@@ -89,6 +90,9 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         sweep.pass_kick(&step.after, curvature.after.as_ref());
         sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
+        if step.stored::<X, U>().is_some() {
+            sweep.add_stored(curvature.stored.as_ref());
+        }
         if let (Some(by_pose), Some(kick)) = (&step.before, &inputs.before) {
             sweep.take_more_commands(kick);
             sweep.pass_kick(by_pose, curvature.before.as_ref());
@@ -216,10 +220,19 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
     /// Goes from the end of the drift to its start.
     #[inline(always)]
     fn pass_drift(&mut self, step: &Linearization, curvature: Option<&TurnCurvature>) {
+        let stored = step.stored::<X, U>();
+        if let Some(stored) = stored {
+            before_stored(&mut self.border, stored);
+            before_stored(&mut self.mixed, stored);
+            before_stored(&mut self.hessian, stored);
+        }
         before_drift(self.simd, &mut self.border, step);
         before_drift(self.simd, &mut self.mixed, step);
         before_drift(self.simd, &mut self.hessian, step);
         self.hessian = transposed(self.simd, &self.hessian);
+        if let Some(stored) = stored {
+            before_stored(&mut self.hessian, stored);
+        }
         before_drift(self.simd, &mut self.hessian, step);
         if let Some(curvature) = curvature {
             let [from, to] = [pose(groups(X) - 1), momentum(groups(X) - 1)];
@@ -237,6 +250,30 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
                 rows[from..from + 3].copy_from_slice(&pose_momentum.data.0[c]);
                 rows[to..to + 3].copy_from_slice(&momentum_momentum.data.0[c]);
                 plus(&mut self.hessian[to + c], &load(self.simd, &rows));
+            }
+        }
+    }
+
+    /// Adds the second derivatives of a drift by a stored momentum, at its start.
+    #[inline(always)]
+    fn add_stored(&mut self, curvature: Option<&StoredCurvature>) {
+        let Some(curvature) = curvature else {
+            return;
+        };
+        let last = groups(X) - 1;
+        let [from, to, stored] = [pose(last), momentum(last), momentum(0)];
+        for c in 0..3 {
+            let mut column = [0.0; X];
+            column[from..from + 3].copy_from_slice(&curvature.pose.data.0[c]);
+            column[to..to + 3].copy_from_slice(&curvature.momentum.data.0[c]);
+            column[stored..stored + 3].copy_from_slice(&curvature.stored.data.0[c]);
+            plus(&mut self.hessian[stored + c], &load(self.simd, &column));
+            for (at, by) in [(from, &curvature.pose), (to, &curvature.momentum)] {
+                let mut column = [0.0; X];
+                for r in 0..3 {
+                    column[stored + r] = by.data.0[r][c];
+                }
+                plus(&mut self.hessian[at + c], &load(self.simd, &column));
             }
         }
     }

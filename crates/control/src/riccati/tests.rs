@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature, command_rows};
+use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
 
 fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f64, R, C> {
@@ -53,7 +54,8 @@ fn blocks(rng: &mut Rng, size: f64, symmetric: bool) -> Blocks {
     blocks
 }
 
-/// A random step of either scheme, with its curvature: of center of mass and attitude, or of one of them. With more than six
+/// A random step of either scheme, with its curvature: of center of mass and attitude, of one of them, or of the attitude and
+/// a momentum that the body stores. With more than six
 /// commands, forces turn with the body.
 fn step<const X: usize, const U: usize>(
     rng: &mut Rng,
@@ -61,6 +63,7 @@ fn step<const X: usize, const U: usize>(
     glides: bool,
 ) -> (Linearization, Curvature) {
     let turns = X == 12 || !glides;
+    let stores = X == 12 && !glides;
     let unit = nalgebra::Matrix3::identity();
     let symmetric = |m: nalgebra::Matrix3<f64>| 0.5 * (m + m.transpose());
     let linear = Linearization {
@@ -71,6 +74,12 @@ fn step<const X: usize, const U: usize>(
             pose_by_momentum: random(rng, 0.3),
             momentum: unit + random::<3, 3>(rng, 0.3),
         }),
+        stored: stores.then(|| {
+            Box::new(StoredTurn {
+                pose: random(rng, 0.3),
+                momentum: random(rng, 0.3),
+            })
+        }),
         after: blocks(rng, 0.3, false),
         frames: (U > 6).then(|| [0, 1].map(|_| lgvi_lie::exp(&random(rng, 2.0)))),
     };
@@ -80,6 +89,11 @@ fn step<const X: usize, const U: usize>(
         turn: turns.then(|| TurnCurvature {
             pose_momentum: random(rng, 0.1),
             momentum_momentum: symmetric(random(rng, 0.1)),
+        }),
+        stored: stores.then(|| StoredCurvature {
+            pose: random(rng, 0.1),
+            momentum: random(rng, 0.1),
+            stored: symmetric(random(rng, 0.1)),
         }),
         after: Some(blocks(rng, 0.1, true)),
         before_commands: cross(rng).filter(|_| two_kicks),
@@ -95,9 +109,19 @@ fn problem<const X: usize, const U: usize>(
     conditions: usize,
     convexity: f64,
 ) -> (Vec<RandomStage<X, U>>, EndModel<X>) {
-    let symmetric = |m: SMatrix<f64, X, X>| 0.5 * (m + m.transpose());
     let two_kicks = rng.bool();
     let glides = X == 12 || rng.bool();
+    problem_of(rng, intervals, conditions, convexity, [two_kicks, glides])
+}
+
+fn problem_of<const X: usize, const U: usize>(
+    rng: &mut Rng,
+    intervals: usize,
+    conditions: usize,
+    convexity: f64,
+    [two_kicks, glides]: [bool; 2],
+) -> (Vec<RandomStage<X, U>>, EndModel<X>) {
+    let symmetric = |m: SMatrix<f64, X, X>| 0.5 * (m + m.transpose());
     let inputs = Inputs {
         before: two_kicks.then(|| KickInputs::new(std::array::from_fn(|_| random(rng, 1.0)))),
         after: KickInputs::new(std::array::from_fn(|_| random(rng, 1.0))),
@@ -212,7 +236,17 @@ fn dense<const X: usize, const U: usize>(
 
 fn agrees<const X: usize, const U: usize>(seed: u64, intervals: usize, conditions: usize) {
     let mut rng = Rng::with_seed(seed);
-    let (stages, end) = problem::<X, U>(&mut rng, intervals, conditions, 0.5);
+    agree(
+        problem::<X, U>(&mut rng, intervals, conditions, 0.5),
+        conditions,
+    );
+}
+
+fn agree<const X: usize, const U: usize>(
+    (stages, end): (Vec<RandomStage<X, U>>, EndModel<X>),
+    conditions: usize,
+) {
+    let intervals = stages.len();
     let (states, commands, nu) = swept(&stages, &end).unwrap();
     let expected = dense(&stages, &end, conditions);
     let scale = expected.amax();
@@ -242,6 +276,20 @@ fn the_sweep_solves_the_optimality_conditions() {
         agrees::<12, 6>(7, 8, conditions);
     }
     agrees::<6, 3>(7, 8, 3);
+}
+
+#[test]
+fn a_momentum_that_the_body_stores_turns_it() {
+    let mut rng = Rng::with_seed(17);
+    for intervals in [2, 3, 6] {
+        let two_kicks = intervals != 3;
+        let few = problem_of::<12, SPINNING>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
+        assert!(few.0.iter().all(|stage| stage.step.stored.is_some()));
+        agree(few, 9);
+        // No command moves the pose of the first group.
+        let many = problem_of::<12, 15>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
+        agree(many, 9);
+    }
 }
 
 /// An indefinite end without augmentation is rejected. Conditions that fix the indefinite directions make it convex

@@ -3,8 +3,8 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use crate::discrete::{
-    DecoupledCommands, DecouplingError, DiscreteDynamics, Full, KickDriftKick, RotationOnly,
-    TranslationOnly,
+    DecoupledCommands, DecouplingError, DiscreteDynamics, Full, Gyrostat, KickDriftKick,
+    RotationOnly, TranslationOnly,
 };
 use crate::newton::{BodyFrame, Ending};
 use crate::problem::{HalfSet, TerminalSet};
@@ -99,6 +99,44 @@ impl<const U: usize> Class<12, U> for Both<U> {
 
     fn narrowed(&self, command: &Command) -> SVector<f64, U> {
         command.fixed_rows::<U>(0).into_owned()
+    }
+}
+
+/// The attitude of a body and the momentum of its wheels, under the first `U` commands of the actuation.
+pub(super) struct Spinning<const U: usize>;
+
+impl<const U: usize> Class<12, U> for Spinning<U> {
+    type Steps<'t> = KickDriftKick<'t, Gyrostat, 2, U>;
+    type Ending = TerminalSet;
+    const FIRST: usize = 0;
+    const OFFSETS: [Option<usize>; 2] = [None, Some(6)];
+
+    fn of(_: &Actuation) -> Result<Self, DecouplingError> {
+        Ok(Self)
+    }
+
+    fn steps<'t>(&self, transfer: &'t Transfer) -> Result<Self::Steps<'t>, DecouplingError> {
+        KickDriftKick::gyrostat(transfer)
+    }
+
+    fn ending<'t>(&self, transfer: &'t Transfer) -> &'t TerminalSet {
+        Both::<U>.ending(transfer)
+    }
+
+    fn weight(&self, transfer: &Transfer) -> SMatrix<f64, U, U> {
+        Both::<U>.weight(transfer)
+    }
+
+    fn moments(&self, _: &Transfer) -> Option<usize> {
+        None
+    }
+
+    fn widened(&self, command: &SVector<f64, U>) -> Command {
+        Both::<U>.widened(command)
+    }
+
+    fn narrowed(&self, command: &Command) -> SVector<f64, U> {
+        Both::<U>.narrowed(command)
     }
 }
 

@@ -76,13 +76,17 @@ impl<C> Solver<'_, C> {
         let goal = self.goal();
         let states = self.drift()?.states;
         let last = states.last()?;
-        let (turn, ratio, shift) = match (frame(last), frame(&goal)) {
-            (Some(first), Some(second)) => (
+        let orbits = match self.transfer.orbit {
+            None => frame(last).zip(frame(&goal)),
+            Some(_) => None,
+        };
+        let (turn, ratio, shift) = match orbits {
+            Some((first, second)) => (
                 log(&(second * first.transpose())),
                 goal.position.norm() / last.position.norm(),
                 Vector3::zeros(),
             ),
-            _ => (Vector3::zeros(), 1.0, goal.position - last.position),
+            None => (Vector3::zeros(), 1.0, goal.position - last.position),
         };
         let whole = exp(&turn);
         let own = log(&(whole * last.attitude).tr_mul(&goal.attitude));

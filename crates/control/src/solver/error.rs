@@ -2,7 +2,7 @@ use lgvi_dynamics::rotation::Unsolvable;
 use thiserror::Error;
 
 use crate::discrete::DecouplingError;
-use crate::{Plan, TransferError};
+use crate::{Dynamics, Motion, Plan, TransferError};
 
 /// The reason why no plan was found.
 #[derive(Clone, Debug, Error, PartialEq)]
@@ -51,6 +51,30 @@ pub enum PlanError {
         stationarity: f64,
         /// Tolerance of the violation.
         tolerance: f64,
+    },
+    /// The plan takes a wheel past the limit of its speed.
+    #[error(
+        "in step {step} the plan takes wheel {wheel} to the speed {speed:.6e}, expected at most {limit:.6e}"
+    )]
+    WheelSpeed {
+        /// Index of the wheel, from 0.
+        wheel: usize,
+        /// Index of the step, from 0.
+        step: usize,
+        /// The speed relative to the body at the end of the step.
+        speed: f64,
+        /// Its limit.
+        limit: f64,
+    },
+    /// A plan by reaction wheels moves the attitude only, by steps of the LGVI.
+    #[error(
+        "{motion:?} motion in {dynamics:?} steps, expected Rotation in Lgvi steps: wheels are the commands"
+    )]
+    WheelsDo {
+        /// The discrete dynamics of the transfer.
+        dynamics: Dynamics,
+        /// The motion of the transfer.
+        motion: Motion,
     },
     /// The caller asked to stop.
     #[error("stopped")]

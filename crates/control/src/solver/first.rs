@@ -22,7 +22,16 @@ impl<C> Solver<'_, C> {
         let transfer = self.transfer;
         let duration = transfer.h * transfer.intervals as f64;
         let goal = self.goal();
-        let rate = |state: &BodyState| state.angular_velocity(&transfer.body).norm();
+        let rate = |state: &BodyState| {
+            let spin = state.angular_velocity(&transfer.body).norm();
+            match transfer.orbit {
+                // What the wheels store makes the body nutate.
+                Some(_) => {
+                    spin + transfer.body.inertia().inverse().norm() * state.linear_momentum.norm()
+                }
+                None => spin,
+            }
+        };
         let swing = 2.0 * lgvi_lie::log(&transfer.initial.attitude.tr_mul(&goal.attitude)).norm();
         let turn = (duration * rate(&transfer.initial).max(rate(&goal))).max(swing);
         let least = (turn / TURN).min(transfer.intervals as f64);

@@ -23,13 +23,14 @@ mod warm;
 pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
+use crate::discrete::SPINNING;
 use crate::newton::{Iterate, Newton, Unconstrained};
 use crate::problem::{FEW, stacked};
 use crate::shooting::Extremal;
 use crate::units::Units;
-use crate::{MAX_COMMANDS, Motion, Plan, Transfer};
+use crate::{MAX_COMMANDS, Motion, Plan, Transfer, wheels};
 use attempt::Solver;
-use class::{Both, Class, Rotation, Translation};
+use class::{Both, Class, Rotation, Spinning, Translation};
 
 /// Solves `transfer` by Newton's method on all stages, from a plan or by a cold start.
 ///
@@ -42,6 +43,19 @@ use class::{Both, Class, Rotation, Translation};
 /// plan without them, and hold where they are sampled. Conditions that no command affects to first order are met by
 /// means of additional actuators at increasing weights, if the actuation has room for further commands.
 pub fn solve(
+    transfer: &Transfer,
+    start: Start<'_>,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    if transfer.actuation.is_of_wheels() {
+        return wheels::solve(transfer, start, settings, &mut observe);
+    }
+    solve_stated(transfer, start, settings, observe)
+}
+
+/// [`solve`] for a transfer that is solved as it is stated.
+pub(crate) fn solve_stated(
     transfer: &Transfer,
     start: Start<'_>,
     settings: &NewtonSettings,
@@ -91,6 +105,9 @@ fn by_class(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     let actuation = &transfer.actuation;
+    if transfer.orbit.is_some() {
+        return spinning(transfer, start, again, settings, observe);
+    }
     match transfer.motion {
         Motion::Full => both(transfer, start, again, settings, observe),
         Motion::Translation => {
@@ -116,6 +133,21 @@ fn both(
         Solver::new(Both::<FEW>, transfer, settings, observe).solve(start, again)
     } else {
         Solver::new(Both::<MAX_COMMANDS>, transfer, settings, observe).solve(start, again)
+    }
+}
+
+/// Plans the attitude of a body with wheels, with room for as many commands as there are.
+fn spinning(
+    transfer: &Transfer,
+    start: Start<'_>,
+    again: bool,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    if transfer.actuation.commands() <= SPINNING {
+        Solver::new(Spinning::<SPINNING>, transfer, settings, observe).solve(start, again)
+    } else {
+        Solver::new(Spinning::<MAX_COMMANDS>, transfer, settings, observe).solve(start, again)
     }
 }
 

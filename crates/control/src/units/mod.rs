@@ -38,7 +38,8 @@ pub(crate) struct Units {
 impl Units {
     /// The units of a transfer. Time: its duration. Length: the greatest distance from the origin at either end. Linear
     /// momentum: the greatest at either end, or the one that covers that distance in the duration. Angular momentum:
-    /// the greatest at either end, or the one that turns the body by a radian in the duration.
+    /// the greatest at either end, or the one that turns the body by a radian in the duration. That of wheels has the same
+    /// unit.
     pub(crate) fn of(transfer: &Transfer) -> Self {
         let Transfer {
             body,
@@ -68,12 +69,17 @@ impl Units {
         ];
         let length = lengths.into_iter().find(|length| *length > 0.0);
         let length = length.unwrap_or(1.0);
-        let [time, linear_momentum, angular_momentum] = [
+        let mut sizes = [
             duration,
             momentum.max(mass * length / duration),
             spin.max(inertia / duration),
-        ]
-        .map(power);
+        ];
+        if transfer.orbit.is_some() {
+            // Both are angular momenta.
+            sizes[2] = sizes[2].max(momentum);
+            sizes[1] = sizes[2];
+        }
+        let [time, linear_momentum, angular_momentum] = sizes.map(power);
         let without_commands = Self {
             time,
             length: power(length),

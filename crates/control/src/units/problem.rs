@@ -36,6 +36,10 @@ impl Units {
             actuation,
             dynamics: transfer.dynamics,
             motion: transfer.motion,
+            orbit: transfer.orbit.as_deref().map(|orbit| {
+                let positions = orbit.iter().map(|position| own.length * position);
+                positions.collect()
+            }),
             rounding: self.rounding(transfer),
         })
     }

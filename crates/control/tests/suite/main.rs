@@ -23,3 +23,4 @@ mod thrusters;
 mod truth;
 mod underactuated;
 mod units;
+mod wheels;

@@ -6,7 +6,7 @@
 use lgvi_lie::{Quaternion, hat};
 use nalgebra::{Matrix3, Vector3};
 
-use super::Unsolvable;
+use super::{RelativeRotation, Unsolvable};
 use crate::Inertia;
 
 /// Largest number of Newton corrections of the discrete rotation.
@@ -51,6 +51,16 @@ impl Gyrostat {
         h: f64,
         momentum: &Vector3<f64>,
     ) -> Result<(Quaternion, u32), Unsolvable> {
+        let RelativeRotation { cayley, iterations } = self.relative(h, momentum)?;
+        Ok((Quaternion::from_cayley(&cayley), iterations))
+    }
+
+    /// [`Gyrostat::discrete`] as a Cayley vector.
+    pub(super) fn relative(
+        &self,
+        h: f64,
+        momentum: &Vector3<f64>,
+    ) -> Result<RelativeRotation, Unsolvable> {
         let (j, s, p) = (&self.inertia, h * self.stored, h * momentum);
         let first = 0.5 * (self.inverse * p);
         let mut f = first;
@@ -76,7 +86,10 @@ impl Gyrostat {
             // The last correction is at rounding level when it no longer decreases.
             if size <= 1e-9 * f.norm() && (size <= 1e-15 * f.norm() || size >= 0.5 * last) {
                 return match f.norm() <= 1.0 {
-                    true => Ok((Quaternion::from_cayley(&f), correction)),
+                    true => Ok(RelativeRotation {
+                        cayley: f,
+                        iterations: correction,
+                    }),
                     false => Err(beyond(2.0 * first.norm())),
                 };
             }

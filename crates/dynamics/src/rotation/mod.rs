@@ -70,3 +70,17 @@ pub fn solve(inertia: &Inertia, g: &Vector3<f64>) -> Result<RelativeRotation, Un
         iterations: found.iterations,
     })
 }
+
+/// Solves `h S(P) = F J_d − J_d Fᵀ + ½ h S((tr[F] I − Fᵀ) s)`, `P = Π + s`: the rotation of a body in which wheels store the
+/// angular momentum `s`, from the momentum `Π` at the beginning of a step `h`; finite numbers, body frame.
+///
+/// # Errors
+/// Returns an error if the body would rotate too far.
+pub fn solve_gyrostat(
+    inertia: &Inertia,
+    stored: &Vector3<f64>,
+    h: f64,
+    momentum: &Vector3<f64>,
+) -> Result<RelativeRotation, Unsolvable> {
+    Gyrostat::new(inertia, *stored).relative(h, momentum)
+}

@@ -1,7 +1,7 @@
 use std::f64::consts::PI;
 
 use crate::file::DisturbanceFile;
-use crate::{Disturbance, Scene, SceneError};
+use crate::{Commands, Disturbance, Scene, SceneError};
 
 /// Compiles the disturbance of a scene that is complete except for it.
 pub(super) fn disturbance(
@@ -16,8 +16,10 @@ pub(super) fn disturbance(
         ("force_error", file.force_error),
         ("moment_error", file.moment_error),
     ] {
-        if maneuver.by_thrusters() && error != 0.0 {
-            let expected = "0 where the commands of the maneuver are \"thrusters\"";
+        let commands = maneuver.commands();
+        if commands != Commands::Loads && error != 0.0 {
+            let name = commands.name();
+            let expected = format!("0 where the commands of the maneuver are \"{name}\"");
             let key = format!("disturbance.{key}");
             return Err(SceneError::value(key, error, expected));
         }

@@ -1,4 +1,5 @@
 mod actuation;
+mod actuators;
 mod constraints;
 mod options;
 mod prediction;
@@ -35,11 +36,14 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         MotionFile::Translation => Motion::Translation,
         MotionFile::Rotation => Motion::Rotation,
     };
-    let thrusters = match file.commands {
-        Some(CommandsFile::Thrusters) => scene.bodies[body].body.thrusters(),
-        None => None,
+    let rigid = &scene.bodies[body].body;
+    let (actuation, actuator_limit) = match (file.commands, rigid.thrusters(), rigid.wheels()) {
+        (Some(CommandsFile::Thrusters), Some(thrusters), _) => {
+            actuators::thrusters(file, thrusters)?
+        }
+        (Some(CommandsFile::Wheels), _, Some(wheels)) => actuators::wheels(file, wheels)?,
+        _ => (actuation::actuation(file, motion)?, None),
     };
-    let actuation = actuation::actuation(file, motion, thrusters)?;
     let mut predictions = Predictions::new(scene, body);
     let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
     let given = &file.constraints;
@@ -49,7 +53,7 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         target,
         predicted: file.target.relative_to.is_some(),
         constraints,
-        thrust_limit: thrusters.map(actuation::limits).transpose()?,
+        actuator_limit,
         actuation,
         dynamics: dynamics(scene, file),
         processed: file.processed,
@@ -68,7 +72,16 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
 fn check_actuators(scene: &Scene, body: usize, file: &ManeuverFile) -> Result<(), SceneError> {
     let named = &scene.bodies[body];
     let expected = match file.commands {
-        _ if !named.wheels.is_empty() => "a body without `wheels`, which the planner does not know",
+        Some(CommandsFile::Wheels) if named.wheels.is_empty() => {
+            "a body with `wheels`, where `commands` is \"wheels\""
+        }
+        Some(CommandsFile::Wheels) if !named.thrusters.is_empty() => {
+            "a body without `thrusters`, where `commands` is \"wheels\""
+        }
+        Some(CommandsFile::Wheels) => return Ok(()),
+        _ if !named.wheels.is_empty() => {
+            "a body without `wheels`, where `commands` is not \"wheels\""
+        }
         Some(CommandsFile::Thrusters) if named.thrusters.is_empty() => {
             "a body with `thrusters`, where `commands` is \"thrusters\""
         }

@@ -23,10 +23,13 @@ pub(crate) struct ManeuverFile {
     pub moment_weight: Option<WeightFile>,
     /// One to fifteen actuators that replace force, moment and their weights.
     pub actuators: Option<Vec<ActuatorFile>>,
-    /// "thrusters" plans the forces of the body's thrusters, within their limits, in the place of force and moment.
+    /// "thrusters" plans the forces of the body's thrusters, "wheels" the torques of its reaction wheels, within their limits, in
+    /// the place of force and moment.
     pub commands: Option<CommandsFile>,
     /// Weight of the forces of thrusters: one number, or one per thruster; 1 by default. Only with `commands = "thrusters"`.
     pub thruster_weight: Option<EachFile>,
+    /// Weight of the torques of wheels: one number, or one per wheel; 1 by default. Only with `commands = "wheels"`.
+    pub wheel_weight: Option<EachFile>,
     /// Constraints along the path.
     #[serde(default)]
     pub constraints: Vec<ConstraintFile>,
@@ -85,6 +88,8 @@ pub(crate) enum WeightFile {
 pub(crate) enum CommandsFile {
     /// The forces of the body's thrusters.
     Thrusters,
+    /// The torques of the body's reaction wheels.
+    Wheels,
 }
 
 #[derive(Deserialize)]

@@ -10,7 +10,7 @@ use lgvi_control::{Constraint, Dynamics, Motion, Terminal};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Method};
 use lgvi_lie::exp;
-use lgvi_scene::{FinalTime, Integration, Maneuver, Replan, Scene, Search, SolverMethod};
+use lgvi_scene::{Commands, FinalTime, Integration, Maneuver, Replan, Scene, Search, SolverMethod};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{BODY, RUN, assert_refused, with};
@@ -169,9 +169,9 @@ fn thrusters_are_commands_with_their_places_and_limits() {
     let limits = CommandLimit::new(&[0.5, 4.0]).map(CommandLimit::one_sided);
     assert!(maneuver.constraints.is_empty());
     let limits = limits.map(Constraint::commands).ok();
-    assert_eq!(maneuver.thrust_limit, limits);
+    assert_eq!(maneuver.actuator_limit, limits);
     assert_eq!(
-        maneuver.thrust_cost([2.0, 1.0].into_iter(), 0.1),
+        maneuver.effort_cost([2.0, 1.0].into_iter(), 0.1),
         0.05 * (3.0 * 4.0 + 5.0)
     );
     let scheme = scene.scheme().unwrap();
@@ -251,9 +251,130 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
             SECOND,
             "where `solver.method` is",
         ),
-        ("commands = \"wheels\"", SECOND, "thrusters"),
+        ("commands = \"wheels\"", SECOND, "a body with `wheels`"),
     ] {
         let refused = by_thrusters(keys, second).err().unwrap_or_default();
+        assert!(refused.contains(expected), "{keys}: {refused}");
+    }
+}
+
+/// A satellite with two wheels, other keys of the maneuver, and other text of the second wheel.
+fn by_wheels(keys: &str, second: &str) -> Result<Scene, String> {
+    let text = format!(
+        r#"
+        title = "wheels"
+        [run]
+        duration = 1.0
+        steps = 10
+        integrator = "lgvi"
+        [[bodies]]
+        name = "satellite"
+        mass = 2.0
+        inertia = [1, 1, 1]
+        position = [0, 0, 0]
+        velocity = [0, 0, 0]
+        attitude = {{ w = 1, x = 0, y = 0, z = 0 }}
+        angular_velocity = [0, 0, 0]
+        [[bodies.wheels]]
+        name = "first"
+        axis = [0, 2, 0]
+        inertia = 0.01
+        max_torque = 0.5
+        {second}
+        [maneuver]
+        body = "satellite"
+        {keys}
+        [maneuver.target]
+        attitude = {{ w = 0, x = 0, y = 1, z = 0 }}
+        "#
+    );
+    Scene::parse("test", &text).map_err(|error| error.to_string())
+}
+
+const SECOND_WHEEL: &str = "[[bodies.wheels]]\nname = \"second\"\naxis = [1, 0, 0]\ninertia = 0.01";
+const WITH_WHEELS: &str = "commands = \"wheels\"\nmotion = \"rotation\"";
+
+#[test]
+fn wheels_are_commands_with_their_axes_and_limits() {
+    let scene = by_wheels(
+        &format!("{WITH_WHEELS}\nwheel_weight = [3, 5]"),
+        SECOND_WHEEL,
+    )
+    .unwrap();
+    let maneuver = scene.maneuver.as_ref().unwrap();
+    assert_eq!(maneuver.commands(), Commands::Wheels);
+    let actuation = &maneuver.actuation;
+    assert!(actuation.is_of_wheels() && actuation.commands() == 2);
+    let matrix = actuation.matrix();
+    assert_eq!(matrix.column(0).as_slice(), [0.0, 0.0, 0.0, 0.0, -1.0, 0.0]);
+    assert_eq!(matrix.column(1).as_slice(), [0.0, 0.0, 0.0, -1.0, 0.0, 0.0]);
+    let limits = CommandLimit::new(&[0.5, f64::INFINITY]).map(Constraint::commands);
+    assert_eq!(maneuver.actuator_limit, limits.ok());
+    assert_eq!(
+        maneuver.effort_cost([2.0, 1.0].into_iter(), 0.1),
+        0.05 * (3.0 * 4.0 + 5.0)
+    );
+}
+
+#[test]
+fn what_does_not_fit_wheels_is_refused_with_its_key() {
+    let many: String = (0..15)
+        .map(|index| SECOND_WHEEL.replace("second", &format!("wheel_{index}")) + "\n")
+        .collect();
+    let given = |keys: &str| format!("{WITH_WHEELS}\n{keys}");
+    for (keys, second, expected) in [
+        ("", SECOND_WHEEL, "where `commands` is not \"wheels\""),
+        (WITH_WHEELS, SECOND, "a body without `thrusters`"),
+        (WITH_WHEELS, &many, "a body with at most 15 wheels"),
+        (
+            &given("wheel_weight = [1]"),
+            SECOND_WHEEL,
+            "one number, or 2 of them",
+        ),
+        (
+            &given("wheel_weight = 0"),
+            SECOND_WHEEL,
+            "maneuver.wheel_weight",
+        ),
+        (
+            &given("thruster_weight = 1"),
+            SECOND_WHEEL,
+            "maneuver.thruster_weight",
+        ),
+        (
+            &given("moment_weight = 1"),
+            SECOND_WHEEL,
+            "maneuver.moment_weight",
+        ),
+        (&given("feedback = true"), SECOND_WHEEL, "maneuver.feedback"),
+        (
+            &given("replan = { every = 5, deadline = 1 }"),
+            SECOND_WHEEL,
+            "maneuver.replan",
+        ),
+        (
+            &given("dynamics = \"lie_euler\""),
+            SECOND_WHEEL,
+            "maneuver.dynamics",
+        ),
+        ("commands = \"wheels\"", SECOND_WHEEL, "maneuver.motion"),
+        (
+            WITH_WHEELS,
+            &format!("{SECOND_WHEEL}\nviscous_friction = 1e-6"),
+            "bodies.wheels.viscous_friction",
+        ),
+        (
+            WITH_WHEELS,
+            &format!("{SECOND_WHEEL}\ncoulomb_friction = 1e-6"),
+            "bodies.wheels.coulomb_friction",
+        ),
+        (
+            WITH_WHEELS,
+            &format!("{SECOND_WHEEL}\n[disturbance]\nseed = 1\nmoment_error = 0.1"),
+            "disturbance.moment_error",
+        ),
+    ] {
+        let refused = by_wheels(keys, second).err().unwrap_or_default();
         assert!(refused.contains(expected), "{keys}: {refused}");
     }
 }

@@ -176,10 +176,13 @@ fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
     let Some(maneuver) = &scene.maneuver else {
         return Ok(Guidance::None);
     };
-    if maneuver.by_thrusters() {
-        let message = "`maneuver.commands` is \"thrusters\", expected a maneuver by force and moment: samples are not flown by \
-                       thrusters";
-        return Err(NodeError::Input(message.into()));
+    let commands = maneuver.commands();
+    if commands != lgvi_scene::Commands::Loads {
+        let name = commands.name();
+        let message = format!(
+            "`maneuver.commands` is \"{name}\", expected a maneuver by force and moment: samples are not flown by {name}"
+        );
+        return Err(NodeError::Input(message));
     }
     let plan = lgvi_planner::plan(scene, &mut |_| !shutdown.requested());
     let plan = plan.map_err(|error| {

@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 20] = [
+pub const SCENES: [(&str, &str); 21] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -30,6 +30,7 @@ pub const SCENES: [(&str, &str); 20] = [
     shipped!("tumbling_target"),
     shipped!("two_dumbbells"),
     shipped!("wheel_slew"),
+    shipped!("wheel_slew_plan"),
 ];
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 use lgvi_common::Event;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 
 use super::Options;
 use super::flown::{Failure, Flown, Replanned};
@@ -108,8 +108,12 @@ pub(crate) fn fly(
         let maneuver = scene.maneuver.as_ref().filter(|_| !planned);
         let steered = maneuver.map(|maneuver| &scene.bodies[maneuver.body].name);
         let awaited = match maneuver {
-            Some(maneuver) if maneuver.by_thrusters() => &options.await_thrust,
-            _ => &options.await_wrench,
+            Some(maneuver) => match maneuver.commands() {
+                Commands::Loads => &options.await_wrench,
+                Commands::Thrusters => &options.await_thrust,
+                Commands::Wheels => &options.await_wheels,
+            },
+            None => &options.await_wrench,
         };
         if let Some(body) = steered.filter(|body| !awaited.contains(body)) {
             course.progress.say(&format!(

@@ -14,7 +14,7 @@ use lgvi_control::{
     Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
-use lgvi_scene::{FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
+use lgvi_scene::{Commands, FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
 use self::violated::Violated;
@@ -22,6 +22,8 @@ use self::violated::Violated;
 use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
+const LATER: &str =
+    "a plan for wheels begins at step 0, expected no other: their momenta on the way are not known";
 
 /// What is said of a plan whose certificate is not sufficient.
 pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \
@@ -178,6 +180,9 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
+    if maneuver.commands() == Commands::Wheels && task.first_step > 0 {
+        return Err(Unsolved::new(Reason::Refused, LATER));
+    }
     let initial = match &task.initial {
         Initial::State(state) => *state,
         #[cfg(feature = "node")]
@@ -225,7 +230,7 @@ fn once(
         match &unsolved.violated {
             None => unsolved,
             Some(violated) => Unsolved {
-                message: violated.told(scene, &maneuver.constraints),
+                message: violated.told(scene, maneuver),
                 ..unsolved
             },
         }
@@ -374,7 +379,9 @@ impl From<PlanError> for Unsolved {
         let message = error.to_string();
         let violated = Violated::of(&error);
         let (reason, best) = match error {
-            PlanError::Infeasible { .. } | PlanError::NotFound { .. } => (Reason::Infeasible, None),
+            PlanError::Infeasible { .. }
+            | PlanError::NotFound { .. }
+            | PlanError::WheelSpeed { .. } => (Reason::Infeasible, None),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, best),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),

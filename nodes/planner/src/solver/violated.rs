@@ -2,22 +2,32 @@
 
 use lgvi_control::constraint::{KeepOutCone, KeepOutSphere};
 use lgvi_control::{Constraint, Place, PlanError};
-use lgvi_scene::Scene;
+use lgvi_scene::{Maneuver, Scene};
 
-/// A constraint that no plan meets.
+/// What no plan meets.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Violated {
-    constraint: usize,
-    step: usize,
-    /// In parts of a limit, a radius or a length, in radians of a cone.
-    by: f64,
-    /// Start or target decide it.
-    given: bool,
+pub(crate) enum Violated {
+    /// A constraint.
+    Constraint {
+        number: usize,
+        step: usize,
+        /// In parts of a limit, a radius or a length, in radians of a cone.
+        by: f64,
+        /// Start or target decide it.
+        given: bool,
+    },
+    /// The limit of the speed of a wheel.
+    Speed {
+        wheel: usize,
+        step: usize,
+        speed: f64,
+        limit: f64,
+    },
 }
 
 impl Violated {
     pub(super) fn of(error: &PlanError) -> Option<Self> {
-        let (constraint, step, by, given) = match *error {
+        let (number, step, by, given) = match *error {
             PlanError::Infeasible {
                 constraint,
                 step,
@@ -28,29 +38,61 @@ impl Violated {
                 step,
                 violation,
             } => (constraint, step, violation, false),
+            PlanError::WheelSpeed {
+                wheel,
+                step,
+                speed,
+                limit,
+            } => {
+                return Some(Self::Speed {
+                    wheel,
+                    step,
+                    speed,
+                    limit,
+                });
+            }
             _ => return None,
         };
-        Some(Self {
-            constraint,
+        Some(Self::Constraint {
+            number,
             step,
             by,
             given,
         })
     }
 
-    pub(super) fn told(&self, scene: &Scene, constraints: &[Constraint]) -> String {
-        let Self {
-            constraint: number,
-            step,
-            by,
-            given,
-        } = *self;
-        let violates = match constraints.get(number) {
+    pub(super) fn told(&self, scene: &Scene, maneuver: &Maneuver) -> String {
+        let (number, step, by, given) = match *self {
+            Self::Constraint {
+                number,
+                step,
+                by,
+                given,
+            } => (number, step, by, given),
+            Self::Speed {
+                wheel,
+                step,
+                speed,
+                limit,
+            } => {
+                let [speed, limit] = [speed, limit].map(|rate| rate / scene.units.time);
+                let names = &scene.bodies[maneuver.body].wheels;
+                let name = names.get(wheel).map_or("a wheel", String::as_str);
+                return format!(
+                    "in step {step} the plan takes {name} to {speed:.1} rad/s, expected at most {limit:.1} rad/s; \
+                     a longer run or another `wheel_weight` may need less"
+                );
+            }
+        };
+        let violates = match maneuver.constraints.get(number) {
             Some(constraint) => {
                 let (kind, amount) = (constraint.name(), amount(scene, constraint, by));
                 format!("violates {kind} (maneuver.constraints[{number}]) by {amount}")
             }
-            None => format!("violates the limit of a thruster by {:.2} %", 100.0 * by),
+            None => {
+                let actuator = maneuver.commands().name().trim_end_matches('s');
+                format!("violates the limit of a {actuator} by {:.2} %", 100.0 * by)
+            }
         };
         if given {
             format!(

@@ -4,7 +4,7 @@ use lgvi_common::{FramePrefix, load_scene, publishes_clock, required_path};
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::shm::Delivery;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 
 use crate::node::wrench::Terms;
 
@@ -168,8 +168,12 @@ impl Config {
         }
         let maneuver = scene.maneuver.as_ref();
         let awaited = match maneuver {
-            Some(maneuver) if maneuver.by_thrusters() => "await_thrust",
-            _ => "await_wrench",
+            Some(maneuver) => match maneuver.commands() {
+                Commands::Loads => "await_wrench",
+                Commands::Thrusters => "await_thrust",
+                Commands::Wheels => "await_wheels",
+            },
+            None => "await_wrench",
         };
         let awaited: Vec<String> = parameters.get(awaited)?;
         let steered = maneuver.map(|maneuver| &scene.bodies[maneuver.body].name);

@@ -16,7 +16,7 @@ use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::StatePublisher;
 use lgvi_msgs::shm::{BodySample, Name};
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 use tracing::{info, warn};
 
 use self::commanding::Commanding;
@@ -361,12 +361,15 @@ impl Propagator {
         if let Some(maneuver) = &self.scene.maneuver {
             let body = maneuver.body;
             let h = self.scene.h();
-            let thrusters = self.flight.system().bodies()[body].thrusters();
-            self.cost += match thrusters.filter(|_| maneuver.by_thrusters()) {
-                Some(thrusters) => {
-                    maneuver.thrust_cost(thrusters.states().iter().map(|one| one.thrust), h)
+            let rigid = &self.flight.system().bodies()[body];
+            self.cost += match (maneuver.commands(), rigid.thrusters(), rigid.wheels()) {
+                (Commands::Thrusters, Some(thrusters), _) => {
+                    maneuver.effort_cost(thrusters.states().iter().map(|one| one.thrust), h)
                 }
-                None => maneuver.interval_cost(&self.flight.loads()[body], h),
+                (Commands::Wheels, _, Some(wheels)) => {
+                    maneuver.effort_cost(wheels.states().iter().map(|one| one.torque), h)
+                }
+                _ => maneuver.interval_cost(&self.flight.loads()[body], h),
             };
             if maneuver.final_time.is_some() && self.flight.sequence_end(body) == Some(step + 1) {
                 self.arrival = Some(self.flight.states()[body]);

@@ -85,6 +85,10 @@ impl<const X: usize, const U: usize> Composed<X, U> {
             );
             add(&mut drift, momentum(last), momentum(last), &turn.momentum);
         }
+        if let Some(stored) = first.stored::<X, U>() {
+            add(&mut drift, pose(last), momentum(0), &stored.pose);
+            add(&mut drift, momentum(last), momentum(0), &stored.momentum);
+        }
         let after = kick::<X, U>(&first.after, &inputs.after);
         let none = || DMatrix::zeros(X + U, X + U);
         let mut hessian = second.after.as_ref().map_or_else(none, by_poses::<X, U>);
@@ -95,6 +99,17 @@ impl<const X: usize, const U: usize> Composed<X, U> {
             add(&mut hessian, from, to, &curvature.pose_momentum);
             add(&mut hessian, to, from, &curvature.pose_momentum.transpose());
             add(&mut hessian, to, to, &curvature.momentum_momentum);
+        }
+        if let Some(curvature) = &second.stored {
+            let stored = momentum(0);
+            for (row, block) in [
+                (pose(last), &curvature.pose),
+                (momentum(last), &curvature.momentum),
+            ] {
+                add(&mut hessian, row, stored, block);
+                add(&mut hessian, stored, row, &block.transpose());
+            }
+            add(&mut hessian, stored, stored, &curvature.stored);
         }
         let mut map = after * drift;
         if let (Some(t), Some(inputs)) = (&first.before, &inputs.before) {

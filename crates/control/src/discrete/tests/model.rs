@@ -17,7 +17,7 @@ use crate::{Actuation, Transfer};
 mod potentials;
 
 const MASS: f64 = 1.7;
-const H: f64 = 0.13;
+pub(crate) const H: f64 = 0.13;
 
 pub(crate) fn cross<T: Number>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
     std::array::from_fn(|i| {
@@ -97,21 +97,32 @@ impl<T: Number> State<T> {
 
     /// Solves `h S(Π) = F J_d − J_d Fᵀ` by Newton's method in Cayley form; `R ← R F`, `Π ← Fᵀ Π`.
     pub(crate) fn turn(&mut self, j: &Matrix3<f64>) {
+        self.turn_with(j, [T::from(0.0); 3]);
+    }
+
+    /// Solves `h S(P) = F J_d − J_d Fᵀ + ½ h S((tr[F] I − Fᵀ) s)`, `P = Π + s`; `R ← R F`, `P ← Fᵀ P`. For `F = cay(f)` it
+    /// is `2 (J f + f × J f) + h (f × s − (f·s) f − |f|² s) = h (1 + |f|²) Π`.
+    pub(crate) fn turn_with(&mut self, j: &Matrix3<f64>, stored: Triple<T>) {
         let g = scaled(self.pi, T::from(H));
+        let s = scaled(stored, T::from(H));
         let zero = T::from(0.0);
         let mut f = [zero; 3];
         for _ in 0..12 {
-            let along = dot(g, f);
+            let (along, squared) = (dot(s, f), dot(f, f));
             let jf = rotated(j, f);
-            let residual: Triple<T> = {
-                let gf = cross(g, f);
-                std::array::from_fn(|i| g[i] + gf[i] + along * f[i] - jf[i] * 2.0)
-            };
+            let (fjf, fs) = (cross(f, jf), cross(f, s));
+            let residual: Triple<T> = std::array::from_fn(|i| {
+                let stored = fs[i] - along * f[i] - squared * s[i];
+                g[i] * (squared + 1.0) - (jf[i] + fjf[i]) * 2.0 - stored
+            });
             let columns: [Triple<T>; 3] = std::array::from_fn(|c| {
                 let axis: Triple<T> = constant(&Vector3::ith(c, 1.0));
-                let turned = cross(g, axis);
+                let j_axis = rotated(j, axis);
+                let (first, second) = (cross(axis, jf), cross(f, j_axis));
+                let turned = cross(axis, s);
                 std::array::from_fn(|i| {
-                    turned[i] + axis[i] * along + f[i] * g[c] - T::from(2.0 * j[(i, c)])
+                    let stored = turned[i] - s[c] * f[i] - along * axis[i] - f[c] * s[i] * 2.0;
+                    (j_axis[i] + first[i] + second[i]) * 2.0 + stored - f[c] * g[i] * 2.0
                 })
             });
             let [a, b, c] = columns;
@@ -121,7 +132,7 @@ impl<T: Number> State<T> {
                 dot(a, cross(residual, c)),
                 dot(a, cross(b, residual)),
             ];
-            f = std::array::from_fn(|i| f[i] - solved[i] / determinant);
+            f = std::array::from_fn(|i| f[i] + solved[i] / determinant);
         }
         let factor = (dot(f, f) + 1.0).recip() * 2.0;
         let cayley = |v: Triple<T>, sign: f64| {
@@ -132,7 +143,8 @@ impl<T: Number> State<T> {
         };
         let columns = [0, 1, 2].map(|i| cayley(constant(&Vector3::ith(i, 1.0)), 1.0));
         self.r = columns.map(|column| self.rotated(column));
-        self.pi = cayley(self.pi, -1.0);
+        let total = add(self.pi, stored);
+        self.pi = subtract(cayley(total, -1.0), stored);
     }
 }
 

@@ -6,8 +6,8 @@ use crate::file::{
     FinalTimeFile, ManeuverFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile,
 };
 use crate::{
-    FinalTime, Integration, Maneuver, Replan, Scene, SceneError, Search, Solver, SolverMethod,
-    check,
+    Commands, FinalTime, Integration, Maneuver, Replan, Scene, SceneError, Search, Solver,
+    SolverMethod, check,
 };
 
 /// Largest number of starts of a search.
@@ -16,8 +16,8 @@ const MAX_STARTS: u32 = 10_000;
 /// Largest number of steps of a sequence with feedback: the capacity of shared memory.
 const MAX_FEEDBACK_STEPS: u64 = 100_000;
 
-/// Largest number of forces of thrusters in a sequence, likewise.
-const MAX_THRUST_NUMBERS: u64 = 10_000_000;
+/// Largest number of forces of thrusters or torques of wheels in a sequence, likewise.
+const MAX_EFFORTS: u64 = 10_000_000;
 
 /// Tolerance within which the bounds of a duration count as whole steps (steps).
 const ROUNDING: f64 = 1e-6;
@@ -129,44 +129,7 @@ pub(super) fn check_combination(
         ];
         check_plain(maneuver, &beyond, "`processed` is true")?;
     }
-    if maneuver.by_thrusters() {
-        let flown = maneuver.motion == Motion::Full && maneuver.dynamics == Dynamics::Lgvi;
-        let others = [
-            (
-                "motion",
-                "a part of the motion",
-                "\"full\"",
-                maneuver.motion != Motion::Full,
-            ),
-            ("dynamics", "\"lie_euler\"", "\"lgvi\"", !flown),
-            ("feedback", "true", "false", maneuver.feedback),
-        ];
-        let numbers = scene
-            .steps
-            .saturating_mul(maneuver.actuation.commands() as u64);
-        if numbers > MAX_THRUST_NUMBERS {
-            let most = MAX_THRUST_NUMBERS / maneuver.actuation.commands() as u64;
-            let expected = format!("at most {most} steps for a plan of so many thrusters");
-            return Err(SceneError::value("run.steps", scene.steps, expected));
-        }
-        let inertial = file
-            .constraints
-            .iter()
-            .position(ConstraintFile::is_of_inertial_axes);
-        if let Some(index) = inertial {
-            let key = format!("maneuver.constraints[{index}].kind");
-            let expected = "a kind without inertial axes where `commands` is \"thrusters\"";
-            return Err(SceneError::value(key, "force_components", expected));
-        }
-        if let Some((key, value, expected, _)) = others.iter().find(|(.., given)| *given) {
-            return Err(SceneError::Value {
-                line: None,
-                key: format!("maneuver.{key}"),
-                value: (*value).into(),
-                expected: format!("{expected} where `commands` is \"thrusters\""),
-            });
-        }
-    }
+    check_actuators(scene, maneuver, file)?;
     if maneuver.feedback && scene.steps > MAX_FEEDBACK_STEPS {
         let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
         return Err(SceneError::value("run.steps", scene.steps, expected));
@@ -183,6 +146,64 @@ pub(super) fn check_combination(
         return Err(SceneError::value(key, "given", "none beside `final_time`"));
     }
     Ok(())
+}
+
+/// Refuses what does not go with thrusters or wheels as commands.
+fn check_actuators(
+    scene: &Scene,
+    maneuver: &Maneuver,
+    file: &ManeuverFile,
+) -> Result<(), SceneError> {
+    let commands = maneuver.commands();
+    let name = commands.name();
+    let (motion, expected) = match commands {
+        Commands::Loads => return Ok(()),
+        Commands::Thrusters => (Motion::Full, "\"full\""),
+        Commands::Wheels => (Motion::Rotation, "\"rotation\""),
+    };
+    let numbers = scene
+        .steps
+        .saturating_mul(maneuver.actuation.commands() as u64);
+    if numbers > MAX_EFFORTS {
+        let most = MAX_EFFORTS / maneuver.actuation.commands() as u64;
+        let expected = format!("at most {most} steps for a plan of so many {name}");
+        return Err(SceneError::value("run.steps", scene.steps, expected));
+    }
+    let inertial = file
+        .constraints
+        .iter()
+        .position(ConstraintFile::is_of_inertial_axes);
+    if let Some(index) = inertial {
+        let key = format!("maneuver.constraints[{index}].kind");
+        let expected = format!("a kind without inertial axes where `commands` is \"{name}\"");
+        return Err(SceneError::value(key, "force_components", expected));
+    }
+    let given = match maneuver.motion {
+        Motion::Full => "\"full\"",
+        Motion::Translation => "\"translation\"",
+        Motion::Rotation => "\"rotation\"",
+    };
+    let replans = commands == Commands::Wheels && maneuver.replan.is_some();
+    let others = [
+        ("motion", given, expected, maneuver.motion != motion),
+        (
+            "dynamics",
+            "\"lie_euler\"",
+            "\"lgvi\"",
+            maneuver.dynamics != Dynamics::Lgvi,
+        ),
+        ("feedback", "true", "false", maneuver.feedback),
+        ("replan", "given", "none", replans),
+    ];
+    let Some((key, value, expected, _)) = others.iter().find(|(.., wrong)| *wrong) else {
+        return Ok(());
+    };
+    Err(SceneError::Value {
+        line: None,
+        key: format!("maneuver.{key}"),
+        value: (*value).into(),
+        expected: format!("{expected} where `commands` is \"{name}\""),
+    })
 }
 
 /// Refuses any option beyond an open-loop plan of the full motion to a fixed state by Lie–Euler steps.

@@ -1,0 +1,403 @@
+//! Plans whose commands are the torques of reaction wheels.
+
+use fastrand::Rng;
+use lgvi_control::constraint::CommandLimit;
+use lgvi_control::{
+    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Place,
+    Plan, PlanError, SearchSettings, Start, Terminal, Transfer, TransferError, miss, search, solve,
+    solve_final_time,
+};
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::wheels::{ReactionWheel, Wheels};
+use lgvi_dynamics::{BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, System};
+use lgvi_lie::exp;
+use nalgebra::{Matrix3, Vector3};
+
+fn vector(rng: &mut Rng, size: f64) -> Vector3<f64> {
+    Vector3::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
+}
+
+/// A body in orbit at a distance of 1, with a gravity gradient if it has points.
+fn body(inertia: [f64; 3], points: Vec<PointMass>, wheels: &[ReactionWheel]) -> RigidBody {
+    let inertia = Inertia::principal(inertia).expect("inertia");
+    let wheels = Wheels::new(wheels.to_vec()).expect("wheels");
+    RigidBody::new(1.0, inertia, points)
+        .and_then(|body| body.with_wheels(wheels))
+        .expect("a body")
+}
+
+const INERTIA: [f64; 3] = [1.0, 1.4, 1.9];
+
+fn orthogonal() -> [ReactionWheel; 3] {
+    [0, 1, 2].map(|axis| ReactionWheel::new(Vector3::ith(axis, 1.0), 0.02))
+}
+
+fn still(attitude: Matrix3<f64>) -> BodyState {
+    BodyState {
+        position: Vector3::x(),
+        linear_momentum: Vector3::y(),
+        attitude,
+        angular_momentum: Vector3::zeros(),
+    }
+}
+
+fn attitude_of(target: BodyState) -> Terminal {
+    let target = Terminal::try_from(target).expect("a target");
+    target.without(Place::Position)
+}
+
+const DURATION: f64 = 2.0;
+
+fn transfer(body: RigidBody, n: usize, initial: BodyState, target: BodyState) -> Transfer {
+    let wheels = body.wheels().expect("wheels");
+    let weights = vec![1.0; wheels.wheels().len()];
+    let actuation = Actuation::wheels(wheels, &weights).expect("an actuation");
+    let (h, field) = (DURATION / n as f64, Central { gm: 1.0 });
+    Transfer::new(body, field, h, n, initial, attitude_of(target), actuation)
+        .expect("a transfer")
+        .with_dynamics(Dynamics::Lgvi)
+        .with_motion(Motion::Rotation)
+}
+
+fn planned(transfer: &Transfer) -> Result<Plan, PlanError> {
+    solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true)
+}
+
+/// The flight of the commands by the propagator's integrator: states and momenta of the wheels at `0 … N`.
+fn flown(body: &RigidBody, plan: &Plan) -> Vec<(BodyState, Vec<f64>)> {
+    let count = body.wheels().expect("wheels").wheels().len();
+    let system = System::new(vec![body.clone()], vec![Box::new(Central { gm: 1.0 })]);
+    let method = Method::Lgvi(Rotor::default());
+    let mut simulation =
+        Simulation::new(system, vec![plan.states[0]], method, plan.h).expect("a simulation");
+    let now = |simulation: &Simulation| {
+        let wheels = simulation.system().bodies()[0].wheels().expect("wheels");
+        let momenta = wheels.states().iter().map(|wheel| wheel.momentum);
+        (simulation.states()[0], momenta.collect())
+    };
+    let mut all = vec![now(&simulation)];
+    for command in &plan.commands {
+        simulation.set_wheel_commands(0, &command.as_slice()[..count]);
+        simulation.advance(&[Load::default()]).expect("a step");
+        all.push(now(&simulation));
+    }
+    all
+}
+
+/// Asserts that the propagator flies a plan to its states and momenta.
+fn assert_flown(body: &RigidBody, transfer: &Transfer, plan: &Plan) {
+    let momenta = plan.wheel_momenta(transfer);
+    for (k, (state, wheels)) in flown(body, plan).iter().enumerate() {
+        let apart = miss(&plan.states[k], state).amax();
+        assert!(apart < 1e-13, "step {k}: {apart:e}");
+        for (planned, flown) in momenta[k].iter().zip(wheels) {
+            assert!(
+                (planned - flown).abs() < 1e-13,
+                "step {k}: {planned}, {flown}"
+            );
+        }
+    }
+}
+
+fn with_momenta(mut body: RigidBody, momenta: &[f64]) -> RigidBody {
+    let wheels = body.wheels_mut().expect("wheels");
+    let mut states = wheels.states().to_vec();
+    for (state, momentum) in states.iter_mut().zip(momenta) {
+        state.momentum = *momentum;
+    }
+    wheels.set_states(&states);
+    body
+}
+
+#[test]
+fn random_slews_are_planned_and_flown() {
+    let mut rng = Rng::with_seed(61);
+    for case in 0..80 {
+        let count = 3 + case % 4;
+        let wheels: Vec<_> = (0..count)
+            .map(|_| ReactionWheel::new(vector(&mut rng, 1.0), 0.01 + 0.02 * rng.f64()))
+            .collect();
+        let [a, b, c] = [(); 3].map(|()| 0.1 + rng.f64());
+        let body = body([b + c, c + a, a + b], Vec::new(), &wheels);
+        let bias = [0.0, 1.5, 5.0, 10.0][case / 4 % 4];
+        let momenta: Vec<_> = (0..count).map(|_| bias * (2.0 * rng.f64() - 1.0)).collect();
+        let body = with_momenta(body, &momenta);
+        let mut initial = still(exp(&vector(&mut rng, 3.0)));
+        let mut target = still(exp(&vector(&mut rng, 3.0)));
+        if case % 2 == 1 {
+            initial.angular_momentum = vector(&mut rng, 0.5);
+            target.angular_momentum = vector(&mut rng, 0.5);
+        }
+        let transfer = transfer(body.clone(), 100, initial, target);
+        let plan = planned(&transfer).unwrap_or_else(|error| panic!("case {case}: {error}"));
+        assert!(plan.certificate.terminal < 1e-12, "{:?}", plan.certificate);
+        assert!(
+            plan.certificate.stationarity < 1e-8,
+            "{:?}",
+            plan.certificate
+        );
+        assert!(plan.certificate.sufficient);
+        assert_flown(&body, &transfer, &plan);
+        let end = plan.states.last().expect("an end");
+        let missed = miss(&target, end).rows(6, 6).amax();
+        assert!(missed < 1e-11, "case {case}: {missed:e}");
+        // The total angular momentum is constant.
+        let momenta = plan.wheel_momenta(&transfer);
+        let total = |k: usize| {
+            let stored = wheels.iter().zip(momenta[k].iter());
+            let stored: Vector3<f64> = stored.map(|(one, h)| *h * one.axis.normalize()).sum();
+            plan.states[k].attitude * (plan.states[k].angular_momentum + stored)
+        };
+        for k in 0..=100 {
+            let drift = (total(k) - total(0)).norm();
+            assert!(
+                drift < 2e-14 * (1.0 + total(0).norm()),
+                "case {case}, {k}: {drift:e}"
+            );
+        }
+    }
+}
+
+/// About a principal axis nothing is gyroscopic, and rest to rest `Π̇ = −Σ a u` alone remains: the cost is that of a moment,
+/// `6 (J φ)²/T³` in the limit. In steps of a turn θ, `J tan θ = h Π` takes the place of `J sin θ = h Π`, of second order in h.
+#[test]
+fn a_turn_about_a_principal_axis_costs_that_of_a_moment() {
+    let angle = 2.0;
+    let exact = 6.0 * (INERTIA[2] - 0.02) * (INERTIA[2] - 0.02) * angle * angle
+        / (DURATION * DURATION * DURATION);
+    let (initial, target) = (
+        still(Matrix3::identity()),
+        still(exp(&Vector3::new(0.0, 0.0, angle))),
+    );
+    let errors = [100, 200].map(|n| {
+        let by_wheels = transfer(body(INERTIA, Vec::new(), &orthogonal()), n, initial, target);
+        let rest = Inertia::principal(INERTIA.map(|moment| moment - 0.02)).expect("inertia");
+        let rigid = RigidBody::new(1.0, rest, Vec::new()).expect("a body");
+        let unit = Matrix3::identity();
+        let actuation = Actuation::full(&unit, &unit).expect("an actuation");
+        let (h, field) = (DURATION / n as f64, Central { gm: 1.0 });
+        let target = attitude_of(target);
+        let by_moment = Transfer::new(rigid, field, h, n, initial, target, actuation)
+            .expect("a transfer")
+            .with_dynamics(Dynamics::Lgvi)
+            .with_motion(Motion::Rotation);
+        let [wheels, moment] = [by_wheels, by_moment].map(|transfer| {
+            let plan = planned(&transfer).expect("a plan");
+            let off = plan.commands.iter().map(|u| u.fixed_rows::<2>(0).amax());
+            assert!(transfer.target().condition(Place::Position).is_none());
+            assert!(plan.controls[0].moment.z > 0.0 && off.fold(0.0, f64::max) < 1e-9);
+            plan.cost
+        });
+        [wheels / exact - 1.0, wheels / moment - 1.0]
+    });
+    for (coarse, fine) in errors[0].iter().zip(&errors[1]) {
+        assert!(coarse.abs() < 1e-2, "{coarse:e}");
+        let order = (coarse / fine).abs().log2();
+        assert!((order - 2.0).abs() < 0.05, "{coarse:e}, {fine:e}");
+    }
+}
+
+/// Points of mass feel a gravity gradient, and turned elsewhere they are pulled elsewhere.
+#[test]
+fn gravity_that_couples_attitude_and_orbit_is_planned_for() {
+    let point = |position: Vector3<f64>| PointMass {
+        mass: 0.5,
+        position,
+    };
+    let along = Vector3::new(0.3, 0.1, 0.0);
+    let points = vec![point(along), point(-along)];
+    let body = body([0.5, 0.6, 0.7], points, &orthogonal());
+    let body = with_momenta(body, &[0.3, -0.2, 0.1]);
+    let target = still(exp(&Vector3::new(0.4, -1.0, 1.5)));
+    let transfer = transfer(body.clone(), 100, still(Matrix3::identity()), target);
+    let plan = planned(&transfer).expect("a plan");
+    assert_flown(&body, &transfer, &plan);
+    let end = plan.states.last().expect("an end");
+    assert!(miss(&target, end).rows(6, 6).amax() < 1e-11);
+    let idle = Plan {
+        commands: vec![lgvi_control::Command::zeros(); 100],
+        ..plan.clone()
+    };
+    let (idle, _) = flown(&body, &idle).pop().expect("an end");
+    let apart = (idle.position - end.position).norm();
+    assert!(apart > 1e-3, "{apart:e}");
+}
+
+#[test]
+fn torques_keep_within_limits() {
+    let mut rng = Rng::with_seed(62);
+    for case in 0..8 {
+        let count = 3 + case % 3;
+        let wheels: Vec<_> = (0..count)
+            .map(|_| ReactionWheel::new(vector(&mut rng, 1.0), 0.01))
+            .collect();
+        let body = body(INERTIA, Vec::new(), &wheels);
+        let momenta: Vec<_> = (0..count).map(|_| 2.0 * rng.f64() - 1.0).collect();
+        let body = with_momenta(body, &momenta);
+        let target = still(exp(&vector(&mut rng, 2.0)));
+        let free = transfer(body.clone(), 80, still(Matrix3::identity()), target);
+        let plan = planned(&free).expect("a plan");
+        let largest = plan.commands.iter().map(|u| u.amax()).fold(0.0, f64::max);
+        let limit = 0.85 * largest;
+        let limits = CommandLimit::new(&vec![limit; count]).expect("limits");
+        let limited = free.with_constraints(&[Constraint::commands(limits)]);
+        let tight = planned(&limited).unwrap_or_else(|error| panic!("case {case}: {error}"));
+        assert!(tight.cost > plan.cost);
+        let largest = tight.commands.iter().map(|u| u.amax()).fold(0.0, f64::max);
+        assert!(
+            (largest / limit - 1.0).abs() < 1e-6,
+            "{largest} for {limit}"
+        );
+        assert_flown(&body, &limited, &tight);
+        let end = tight.states.last().expect("an end");
+        assert!(miss(&target, end).rows(6, 6).amax() < 1e-11);
+    }
+}
+
+/// The rest of a plan, from the momenta that the wheels have by then, is the plan of the rest.
+#[test]
+fn the_rest_of_a_plan_begins_with_the_momenta_of_then() {
+    let body = with_momenta(body(INERTIA, Vec::new(), &orthogonal()), &[0.5, 0.0, -0.4]);
+    let target = still(exp(&Vector3::new(1.0, 0.5, -0.7)));
+    let whole = transfer(body, 60, still(Matrix3::identity()), target);
+    let plan = planned(&whole).expect("a plan");
+    let momenta = plan.wheel_momenta(&whole);
+    let rest = whole
+        .remaining(20, plan.states[20])
+        .expect("enough steps")
+        .with_wheel_momenta(&momenta[20].as_slice()[..3]);
+    let guess = plan.remaining(&whole, 20).expect("enough steps");
+    let settings = NewtonSettings::default();
+    for start in [Start::Warm(&guess), Start::Cold] {
+        let found = solve(&rest, start, &settings, |_| true).expect("a plan");
+        for (one, other) in found.commands.iter().zip(&plan.commands[20..]) {
+            assert!((one - other).amax() < 1e-7, "{one} for {other}");
+        }
+    }
+}
+
+#[test]
+fn a_search_finds_the_plan_of_a_cold_start_or_a_cheaper_one() {
+    let body = with_momenta(body(INERTIA, Vec::new(), &orthogonal()), &[1.0, 0.3, -0.4]);
+    let target = still(exp(&Vector3::new(2.0, 0.5, -1.7)));
+    let transfer = transfer(body.clone(), 60, still(Matrix3::identity()), target);
+    let plan = planned(&transfer).expect("a plan");
+    let settings = SearchSettings {
+        starts: 12,
+        seed: 1,
+        newton: NewtonSettings::default(),
+    };
+    let minima = search(&transfer, &settings, |_| true).expect("minima");
+    assert!(minima[0].plan.cost <= plan.cost * (1.0 + 1e-6));
+    assert!(minima.len() > 1, "turns the other way round");
+    for minimum in &minima {
+        assert_flown(&body, &transfer, &minimum.plan);
+    }
+}
+
+#[test]
+fn what_wheels_cannot_do_is_refused() {
+    let target = still(exp(&Vector3::new(1.0, 0.5, -0.7)));
+    let wheels = orthogonal();
+    let plain = body(INERTIA, Vec::new(), &wheels);
+    let transfer_of = |body: RigidBody| transfer(body, 60, still(Matrix3::identity()), target);
+    let transfer = transfer_of(plain.clone());
+    for (dynamics, motion) in [
+        (Dynamics::Lgvi, Motion::Full),
+        (Dynamics::LieEuler, Motion::Rotation),
+    ] {
+        let other = transfer.clone().with_dynamics(dynamics).with_motion(motion);
+        let refused = planned(&other);
+        assert_eq!(refused, Err(PlanError::WheelsDo { dynamics, motion }));
+    }
+    let time = FinalTime {
+        shortest: 1.0,
+        longest: 3.0,
+        weight: 1.0,
+        tolerance: 1e-6,
+    };
+    let settings = NewtonSettings::default();
+    let refused = solve_final_time(&transfer, &time, Start::Cold, &settings, |_| true);
+    assert_eq!(refused, Err(FinalTimeError::Wheels));
+
+    let unit = Matrix3::identity();
+    let moment = Actuation::full(&unit, &unit).expect("an actuation");
+    let at = still(unit);
+    let field = Central { gm: 1.0 };
+    let refused = Transfer::new(plain.clone(), field, 0.1, 9, at, at, moment);
+    let (wheels_of, commands) = (3, 0);
+    let expected = TransferError::Wheels {
+        wheels: wheels_of,
+        commands,
+    };
+    assert_eq!(refused.err(), Some(expected));
+    let refused = Actuation::wheels(plain.wheels().expect("wheels"), &[1.0]);
+    let error = refused.expect_err("weights are missing").to_string();
+    assert_eq!(error, "1 weights for 3 wheels, expected one for each");
+
+    // Two wheels cannot bring a body to rest that has momentum about another axis.
+    let two = with_momenta(body(INERTIA, Vec::new(), &wheels[..2]), &[0.5, 0.5]);
+    let refused = planned(&transfer_of(two));
+    assert!(
+        matches!(refused, Err(PlanError::NotConverged { .. })),
+        "{refused:?}"
+    );
+}
+
+/// In units of time and angular momentum that differ by powers of two, a plan has the same bits.
+#[test]
+fn plans_are_the_same_in_any_units() {
+    let plan = |time: f64, momentum: f64, weight: f64| {
+        let wheels = [0, 1, 2].map(|axis| {
+            ReactionWheel::new(
+                Vector3::new(0.2, 0.1, 0.3) + Vector3::ith(axis, 1.0),
+                0.02 * time * momentum,
+            )
+        });
+        let body = body(
+            INERTIA.map(|moment| moment * time * momentum),
+            Vec::new(),
+            &wheels,
+        );
+        let body = with_momenta(body, &[0.5 * momentum, -0.3 * momentum, 0.1 * momentum]);
+        let mut initial = still(Matrix3::identity());
+        initial.linear_momentum /= time;
+        initial.angular_momentum = Vector3::new(0.1, 0.2, -0.1) * momentum;
+        let target = still(exp(&Vector3::new(0.4, -1.0, 1.5)));
+        let actuation = Actuation::wheels(body.wheels().expect("wheels"), &[weight; 3]);
+        let h = DURATION / 50.0 * time;
+        let field = Central {
+            gm: 1.0 / (time * time),
+        };
+        let actuation = actuation.expect("an actuation");
+        let transfer = Transfer::new(body, field, h, 50, initial, attitude_of(target), actuation)
+            .expect("a transfer")
+            .with_dynamics(Dynamics::Lgvi)
+            .with_motion(Motion::Rotation);
+        planned(&transfer).expect("a plan")
+    };
+    let own = plan(1.0, 1.0, 1.0);
+    let other = plan(8.0, 32.0, 0.25);
+    for (one, other) in own.commands.iter().zip(&other.commands) {
+        assert_eq!(*one * 4.0, *other);
+    }
+    assert_eq!(own.certificate, other.certificate);
+}
+
+/// Without momentum, two wheels turn a body about the third axis by turns about the others.
+#[test]
+fn two_wheels_without_momentum_turn_a_body_to_any_attitude() {
+    let wheels = orthogonal();
+    let body = body(INERTIA, Vec::new(), &wheels[..2]);
+    let mut rng = Rng::with_seed(63);
+    for case in 0..6 {
+        let target = still(exp(&vector(&mut rng, 1.5)));
+        let transfer = transfer(body.clone(), 100, still(Matrix3::identity()), target);
+        let plan = planned(&transfer).unwrap_or_else(|error| panic!("case {case}: {error}"));
+        assert_flown(&body, &transfer, &plan);
+        let end = plan.states.last().expect("an end");
+        let missed = miss(&target, end).rows(6, 6).amax();
+        assert!(missed < 1e-10, "case {case}: {missed:e}");
+    }
+}

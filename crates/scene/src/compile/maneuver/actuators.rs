@@ -1,0 +1,130 @@
+//! Thrusters and reaction wheels as commands.
+
+use lgvi_control::constraint::CommandLimit;
+use lgvi_control::{Actuation, ActuationError, Constraint, MAX_COMMANDS};
+use lgvi_dynamics::thrusters::Thrusters;
+use lgvi_dynamics::wheels::Wheels;
+
+use crate::file::{EachFile, ManeuverFile};
+use crate::{Commands, SceneError, check};
+
+/// The actuation by actuators, and their limits.
+type Actuators = (Actuation, Option<Constraint>);
+
+pub(super) fn thrusters(file: &ManeuverFile, all: &Thrusters) -> Result<Actuators, SceneError> {
+    let thrusters = all.thrusters();
+    if let Some(one) = thrusters
+        .iter()
+        .find(|one| one.exhaust_velocity.is_finite())
+    {
+        let expected = "a body whose thrusters have none: a plan keeps the mass constant";
+        let key = "bodies.thrusters.exhaust_velocity";
+        return Err(SceneError::value(key, one.exhaust_velocity, expected));
+    }
+    let limits: Vec<_> = thrusters.iter().map(|one| one.thrust).collect();
+    let by = |weights: &[f64]| Actuation::thrusters(all, weights);
+    let actuation = weighed(file, Commands::Thrusters, limits.len(), by)?;
+    Ok((actuation, Some(limit(&limits, CommandLimit::one_sided)?)))
+}
+
+pub(super) fn wheels(file: &ManeuverFile, all: &Wheels) -> Result<Actuators, SceneError> {
+    let wheels = all.wheels();
+    for (name, of) in [
+        (
+            "viscous_friction",
+            wheels
+                .iter()
+                .map(|one| one.viscous_friction)
+                .find(|d| *d > 0.0),
+        ),
+        (
+            "coulomb_friction",
+            wheels
+                .iter()
+                .map(|one| one.coulomb_friction)
+                .find(|c| *c > 0.0),
+        ),
+    ] {
+        if let Some(friction) = of {
+            let expected = "0 of all wheels that a plan commands, which neglects friction";
+            let key = format!("bodies.wheels.{name}");
+            return Err(SceneError::value(key, friction, expected));
+        }
+    }
+    let limits: Vec<_> = wheels.iter().map(|one| one.max_torque).collect();
+    let by = |weights: &[f64]| Actuation::wheels(all, weights);
+    let actuation = weighed(file, Commands::Wheels, limits.len(), by)?;
+    Ok((actuation, Some(limit(&limits, |limit| limit)?)))
+}
+
+fn limit(
+    limits: &[f64],
+    sided: impl Fn(CommandLimit) -> CommandLimit,
+) -> Result<Constraint, SceneError> {
+    let limit = CommandLimit::new(limits)
+        .map_err(|error| SceneError::parameter(String::from("maneuver.commands"), error))?;
+    Ok(Constraint::commands(sided(limit)))
+}
+
+/// The actuation by so many actuators, with their weights.
+fn weighed(
+    file: &ManeuverFile,
+    commands: Commands,
+    count: usize,
+    by: impl Fn(&[f64]) -> Result<Actuation, ActuationError>,
+) -> Result<Actuation, SceneError> {
+    let name = commands.name();
+    for (key, given) in [
+        ("actuators", file.actuators.is_some()),
+        ("force_weight", file.force_weight.is_some()),
+        ("moment_weight", file.moment_weight.is_some()),
+    ] {
+        if given {
+            let expected = format!("none beside `commands = \"{name}\"`");
+            let key = format!("maneuver.{key}");
+            return Err(SceneError::value(key, "given", expected));
+        }
+    }
+    check_weights(file, commands)?;
+    if count > MAX_COMMANDS {
+        let expected = format!("a body with at most {MAX_COMMANDS} {name}");
+        return Err(SceneError::value("maneuver.commands", count, expected));
+    }
+    let weights = [&file.thruster_weight, &file.wheel_weight]
+        .into_iter()
+        .flatten()
+        .next();
+    let key = format!("maneuver.{}_weight", name.trim_end_matches('s'));
+    let given = weights.map_or(&[1.0][..], EachFile::given);
+    let weights = weights.map_or(Some(vec![1.0; count]), |weights| weights.each(count));
+    let Some(weights) = weights else {
+        let expected = format!("one number, or {count} of them");
+        return Err(SceneError::value(key, given, expected));
+    };
+    for weight in &weights {
+        check::positive(&key, *weight)?;
+    }
+    by(&weights).map_err(|error| {
+        let expected = format!("weights and {name} of sizes that can be compared: {error}");
+        SceneError::value(key, given, expected)
+    })
+}
+
+/// Checks that no weights are given but those of the commands.
+pub(super) fn check_weights(file: &ManeuverFile, commands: Commands) -> Result<(), SceneError> {
+    for (key, of, weight) in [
+        (
+            "thruster_weight",
+            Commands::Thrusters,
+            &file.thruster_weight,
+        ),
+        ("wheel_weight", Commands::Wheels, &file.wheel_weight),
+    ] {
+        if let (Some(weight), true) = (weight, of != commands) {
+            let expected = format!("none unless `commands` is \"{}\"", of.name());
+            let key = format!("maneuver.{key}");
+            return Err(SceneError::value(key, weight.given(), expected));
+        }
+    }
+    Ok(())
+}

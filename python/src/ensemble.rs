@@ -25,9 +25,6 @@ const UNIT: u64 = 32;
 /// How often it is looked whether the flights are to end.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The most threads.
-const MOST_THREADS: usize = 1024;
-
 /// What is flown.
 pub(crate) struct Wanted {
     pub(crate) settings: Settings,
@@ -45,11 +42,7 @@ pub(crate) fn fly<'py>(
     plan: Option<&Plan>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-    if wanted.threads > MOST_THREADS {
-        let threads = wanted.threads;
-        let message = format!("`threads` is {threads}, expected at most {MOST_THREADS}");
-        return Err(error::ensemble(py, message));
-    }
+    error::threads(wanted.threads)?;
     if let Some(plan) = plan
         && plan.nominal().first_step() != 0
     {

@@ -18,3 +18,16 @@ pub fn check_threads(threads: usize) -> Result<(), TooManyThreads> {
         threads => Err(TooManyThreads(threads)),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn more_threads_than_there_may_be_are_named() {
+        assert_eq!(check_threads(0), Ok(()));
+        assert_eq!(check_threads(MOST), Ok(()));
+        let refused = check_threads(MOST + 1).unwrap_err();
+        assert_eq!(refused.to_string(), "1025 threads, expected at most 1024");
+    }
+}

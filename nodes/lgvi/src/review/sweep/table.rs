@@ -90,3 +90,42 @@ fn plain(value: &str) -> String {
         _ => value.to_owned(),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sweep::{Variation, combinations};
+
+    fn flown(ends: &[(&str, f64)]) -> Flown {
+        let ends = ends.iter().map(|(name, end)| ((*name).to_owned(), *end));
+        Flown {
+            steps: 5,
+            failure: None,
+            ends: ends.collect(),
+        }
+    }
+
+    #[test]
+    fn every_column_has_a_cell_a_row() {
+        let values = ["1", "'two'", "[3]"].map(str::to_owned).to_vec();
+        let key = "k".to_owned();
+        let all = combinations(&[Variation { key, values }]).unwrap();
+        let flights = [flown(&[("x", 1.0)]), flown(&[]), flown(&[("y", 2.0)])];
+        let mut table = Table::new(&all.iter().zip(&flights).collect::<Vec<_>>());
+        table.add_wall_times(&[0.5]);
+        let texts = |texts: [&str; 3]| texts.map(str::to_owned).to_vec();
+        let expected = [
+            ("flight", Column::Counts(vec![0, 1, 2])),
+            ("k", Column::Values(texts(["1", "two", "[3]"]))),
+            ("steps", Column::Counts(vec![5; 3])),
+            ("failure", Column::Texts(texts(["", "", ""]))),
+            ("wall_time", Column::Numbers(vec![Some(0.5), None, None])),
+            ("x", Column::Numbers(vec![Some(1.0), None, None])),
+            ("y", Column::Numbers(vec![None, None, Some(2.0)])),
+        ];
+        let expected = expected.map(|(name, column)| (name.to_owned(), column));
+        assert_eq!(table.columns(), expected);
+        assert_eq!(table.rows(), 3);
+        assert_eq!(Table::new(&[]).rows(), 0);
+    }
+}

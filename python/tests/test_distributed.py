@@ -122,7 +122,7 @@ def sticking() -> Callable[[str], int]:
             while True:
                 time.sleep(1.0)
 
-        lgvi._parts.Store.write = write  # type: ignore[method-assign]
+        lgvi._parts.Store.write = write  # type: ignore[assignment, method-assign]
         return os.getpid()
 
     return stick

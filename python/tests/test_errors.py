@@ -6,6 +6,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -283,9 +284,13 @@ def test_ensembles_that_cannot_be_flown(spin: lgvi.Scene, scenes: Path) -> None:
     for keywords in [{"samples": 0}, {"samples": 10, "range": (5, 11)}, {"range": (5, 5)}]:
         with pytest.raises(lgvi.EnsembleError, match="expected"):
             scene.ensemble(**keywords)  # type: ignore[arg-type]
-    for fly in [scene.ensemble, lambda threads: spin.sweep({"run.steps": [1]}, threads=threads)]:
+    fly: list[Callable[[], object]] = [
+        lambda: scene.ensemble(threads=1025),
+        lambda: spin.sweep({"run.steps": [1]}, threads=1025),
+    ]
+    for refused in fly:
         with pytest.raises(ValueError, match="`threads`: 1025 threads, expected at most 1024") as caught:
-            fly(threads=1025)
+            refused()
         assert type(caught.value) is ValueError
     with pytest.raises(OverflowError):
         scene.ensemble(samples=-1)
@@ -318,7 +323,7 @@ def test_a_refused_wrench_changes_nothing() -> None:
     pushed, still = scene.simulation(), scene.simulation()
     wrenches = np.ones((2, 6))
     wrenches[1, 3] = np.nan
-    for wrench in [wrenches, {"body_0": [1.0] * 6, "body_1": [np.inf] * 6}]:
+    for wrench in (wrenches, dict(zip(["body_0", "body_1"], wrenches.tolist(), strict=True))):
         with pytest.raises(lgvi.ControlError, match="the wrench on body_1 at step 0"):
             pushed.apply(wrench, steps=5)
     pushed.step(5)

@@ -144,6 +144,7 @@ fn columns<'py>(
     about.set_item("seed", identity.seed)?;
     about.set_item("samples", identity.samples)?;
     about.set_item("integrator", &identity.scheme)?;
+    about.set_item("part", identity.part)?;
     if let FlownBy::Simulation { reason } = campaign.flown_by() {
         about.set_item("one_by_one", reason)?;
     }

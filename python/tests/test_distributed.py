@@ -380,6 +380,25 @@ def test_parts_of_other_ensembles_are_refused(scene: lgvi.Scene, tmp_path: Path)
         distributed.run(scene, 40, path=tmp_path, part=PART)
 
 
+def test_parts_of_long_flights_have_fewer_samples(
+    spin: lgvi.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They have at most 2²⁶ steps of a body, but at least 32 samples."""
+    dispersed = lgvi.Scene.from_toml(spin.text + "\n[ensemble]\nsamples = 65\nseed = 1\n")
+    for steps, size in [(100, 1024), (1 << 16, 1024), ((1 << 16) + 1, 512), (1 << 20, 64), ((1 << 21) + 1, 32)]:
+        about = dispersed.with_values({"run.steps": steps}).ensemble(range=(0, 1)).about
+        assert about["part"] == size, steps
+    flown: list[tuple[int, int]] = []
+
+    def fly(task: distributed._Task, part: tuple[int, int]) -> bool:
+        flown.append(part)
+        return True
+
+    monkeypatch.setattr(distributed._Task, "fly", fly)
+    distributed.run(dispersed.with_values({"run.steps": 1 << 20}), path=tmp_path)
+    assert flown == [(0, 64), (64, 65)]
+
+
 def test_damaged_parts_are_refused(scene: lgvi.Scene, tmp_path: Path) -> None:
     distributed.run(scene, 4, path=tmp_path)
     (file,) = tmp_path.iterdir()

@@ -68,7 +68,7 @@ def run(
     *,
     path: str | PathLike[str],
     engine: Any = "threads",
-    part: int = 1024,
+    part: int | None = None,
     storage_options: Mapping[str, Any] | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Report:
@@ -90,8 +90,9 @@ def run(
         Who flies: this process with a thread a core, one part after the other; or the workers of Ray, of an executor or of
         Dask, a thread a part. Ray is the cluster of ``ray.init``. Dask and Ray fly the parts of dead workers again, and those
         that raised exceptions up to three times.
-    part : int
-        Samples of a part.
+    part : int, optional
+        Samples of a part. By default as many as in those of ``lgvi ensemble run``: 1024, and fewer of long flights, so that they
+        have at most 2²⁶ steps of a body, but 32 at least.
     storage_options : mapping, optional
         What fsspec needs to open `path`.
     progress : callable, optional
@@ -107,18 +108,19 @@ def run(
     ImportError
         The package of Ray is not installed.
     """
-    if part < 1:
+    if part is not None and part < 1:
         raise EnsembleError(f"`part` is {part}, expected at least 1")
     fly_all = _engine(engine)
     _, plan = _ready(scene.name, scene.text)
     # The first sample tells the identity of the ensemble.
     about = scene.ensemble(samples, seed, range=(0, 1), plan=plan, threads=1).about
+    size = about["part"] if part is None else part
     store = Store(_absolute(os.fspath(path)), dict(storage_options or {}))
-    parts = cut(about["samples"], part)
+    parts = cut(about["samples"], size)
     strangers = store.files().difference(map(file_name, parts))
     if strangers:
         raise EnsembleError(
-            f"{store.path} has {min(strangers)}, which is no part of {about['samples']} samples, {part} a part"
+            f"{store.path} has {min(strangers)}, which is no part of {about['samples']} samples, {size} a part"
         )
     task = _Task(scene.name, scene.text, about, store, threads=0 if engine == "threads" else 1)
     flown = 0

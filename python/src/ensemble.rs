@@ -84,6 +84,7 @@ fn rows(campaign: &Campaign<'_>, range: Range<u64>, threads: usize, watch: &mut 
     };
     let next = AtomicU64::new(range.start);
     let stop = AtomicBool::new(false);
+    let steps = AtomicU64::new(0);
     let rows = Mutex::new(Vec::new());
     thread::scope(|scope| {
         let work = || {
@@ -93,16 +94,16 @@ fn rows(campaign: &Campaign<'_>, range: Range<u64>, threads: usize, watch: &mut 
                     return;
                 }
                 let unit = start..range.end.min(start + UNIT);
-                let flown = campaign.fly(unit, Width::default());
+                let flown = campaign.fly_counted(unit, Width::default(), &steps);
                 let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
                 rows.extend(flown);
             }
         };
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let wanted = (range.end - range.start) as f64;
+        let wanted = (range.end - range.start) as f64 * campaign.steps() as f64;
         while !workers.iter().all(thread::ScopedJoinHandle::is_finished) {
-            let done = rows.lock().unwrap_or_else(PoisonError::into_inner).len();
-            if !watch.go_on(done as f64 / wanted) {
+            let made = steps.load(Ordering::Relaxed) as f64;
+            if !watch.go_on(made / wanted) {
                 stop.store(true, Ordering::Relaxed);
             }
             thread::park_timeout(LOOK);

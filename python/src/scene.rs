@@ -351,7 +351,8 @@ impl Scene {
     /// threads : int
     ///     Threads, or 0 for one a core. Numbers do not depend on it.
     /// progress : callable, optional
-    ///     Called with the completed fraction some times a second. An exception in it ends the flights.
+    ///     Called with the completed fraction of all steps some times a second. An exception in it ends the flights, once each
+    ///     thread has flown its next 32 samples at most.
     ///
     /// Returns
     /// -------

@@ -1,12 +1,12 @@
 //! States as NumPy arrays in SI, and arrays as numbers.
 
-use lgvi_dynamics::{BodyState, Load};
+use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_lie::to_quaternion;
 use lgvi_scene::Scene;
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use numpy::ndarray::{ArrayD, ArrayViewD, IxDyn};
 use numpy::{IntoPyArray, PyArrayDyn, PyArrayMethods, PyReadonlyArrayDyn};
-use pyo3::exceptions::{PyMemoryError, PyValueError};
+use pyo3::exceptions::{PyMemoryError, PyTypeError, PyValueError};
 use pyo3::prelude::*;
 
 /// An array of any shape.
@@ -54,11 +54,13 @@ fn elements(array: ArrayViewD<'_, f64>) -> PyResult<Vec<f64>> {
     Ok(elements)
 }
 
-/// Vectors of all states, one after another.
-fn vectors(count: usize, vectors: impl Iterator<Item = Vector3<f64>>) -> Vec<f64> {
-    let mut numbers = Vec::with_capacity(3 * count);
-    vectors.for_each(|vector| numbers.extend_from_slice(vector.as_slice()));
-    numbers
+/// So many numbers of each thing, one after another, or a `MemoryError`.
+pub(crate) fn flat<const N: usize>(
+    each: impl ExactSizeIterator<Item = [f64; N]>,
+) -> PyResult<Vec<f64>> {
+    let mut numbers = room(each.len().saturating_mul(N))?;
+    each.for_each(|own| numbers.extend_from_slice(&own));
+    Ok(numbers)
 }
 
 /// The quantities of states: those of all bodies, then those of the next time.
@@ -69,60 +71,68 @@ pub(crate) struct States<'s> {
 
 impl States<'_> {
     /// Positions (m), inertial frame.
-    pub(crate) fn positions(&self) -> Vec<f64> {
+    pub(crate) fn positions(&self) -> PyResult<Vec<f64>> {
         let unit = self.scene.units.length;
-        let each = self.states.iter().map(|state| state.position * unit);
-        vectors(self.states.len(), each)
+        flat::<3>(self.each(|_, state| (state.position * unit).into()))
     }
 
     /// Velocities (m/s), inertial frame.
-    pub(crate) fn velocities(&self) -> Vec<f64> {
+    pub(crate) fn velocities(&self) -> PyResult<Vec<f64>> {
         let unit = self.scene.units.length / self.scene.units.time;
-        let bodies = self.scene.bodies.iter().cycle();
-        let each = self.states.iter().zip(bodies);
-        let each = each.map(|(state, named)| state.velocity(&named.body) * unit);
-        vectors(self.states.len(), each)
+        flat::<3>(self.each(|body, state| (state.velocity(body) * unit).into()))
     }
 
-    /// Attitudes as quaternions x, y, z, w, body to inertial.
-    pub(crate) fn quaternions(&self) -> Vec<f64> {
-        let each = self.states.iter().flat_map(|state| {
-            let (w, vector) = to_quaternion(&state.attitude);
-            [vector.x, vector.y, vector.z, w]
-        });
-        each.collect()
+    /// Attitudes as unit quaternions x, y, z, w, body to inertial.
+    pub(crate) fn quaternions(&self) -> PyResult<Vec<f64>> {
+        flat(self.each(|_, state| {
+            let (w, u) = to_quaternion(&state.attitude);
+            // An integrator that leaves SO(3) leaves the unit sphere.
+            let norm = (w * w + u.norm_squared()).sqrt();
+            [u.x, u.y, u.z, w].map(|component| component / norm)
+        }))
     }
 
     /// Attitudes as rotation matrices by rows, body to inertial.
-    pub(crate) fn rotations(&self) -> Vec<f64> {
-        let mut numbers = Vec::with_capacity(9 * self.states.len());
-        for state in self.states {
-            numbers.extend_from_slice(state.attitude.transpose().as_slice());
-        }
-        numbers
+    pub(crate) fn rotations(&self) -> PyResult<Vec<f64>> {
+        flat(self.each(|_, state| by_rows(&state.attitude)))
     }
 
     /// Angular velocities (rad/s), body frame.
-    pub(crate) fn rates(&self) -> Vec<f64> {
+    pub(crate) fn rates(&self) -> PyResult<Vec<f64>> {
         let unit = 1.0 / self.scene.units.time;
-        let bodies = self.scene.bodies.iter().cycle();
-        let each = self.states.iter().zip(bodies);
-        let each = each.map(|(state, named)| state.angular_velocity(&named.body) * unit);
-        vectors(self.states.len(), each)
+        flat::<3>(self.each(|body, state| (state.angular_velocity(body) * unit).into()))
+    }
+
+    fn each<const N: usize>(
+        &self,
+        numbers: impl Fn(&RigidBody, &BodyState) -> [f64; N],
+    ) -> impl ExactSizeIterator<Item = [f64; N]> {
+        let bodies = &self.scene.bodies;
+        let each = self.states.iter().enumerate();
+        each.map(move |(index, state)| numbers(&bodies[index % bodies.len()].body, state))
     }
 }
 
-/// Loads (N and N m): those of all bodies, then those of the next time.
-pub(crate) fn forces(scene: &Scene, loads: &[Load]) -> [Vec<f64>; 2] {
-    let si = || loads.iter().map(|load| scene.units.load_to_si(load));
-    [
-        vectors(loads.len(), si().map(|load| load.force)),
-        vectors(loads.len(), si().map(|load| load.moment)),
-    ]
+/// The elements of a matrix by rows.
+pub(crate) fn by_rows(matrix: &Matrix3<f64>) -> [f64; 9] {
+    let transposed = matrix.transpose();
+    std::array::from_fn(|index| transposed[index])
 }
 
-/// Reads an array of real numbers, which is copied if NumPy has them in another type or order of bytes, or not aligned. Memory that
-/// there is not is a `MemoryError`.
+/// Forces (N): those of all bodies, then those of the next time.
+pub(crate) fn forces(scene: &Scene, loads: &[Load]) -> PyResult<Vec<f64>> {
+    let each = loads.iter().map(|load| scene.units.load_to_si(load));
+    flat::<3>(each.map(|load| load.force.into()))
+}
+
+/// Moments (N m): those of all bodies, then those of the next time.
+pub(crate) fn moments(scene: &Scene, loads: &[Load]) -> PyResult<Vec<f64>> {
+    let each = loads.iter().map(|load| scene.units.load_to_si(load));
+    flat::<3>(each.map(|load| load.moment.into()))
+}
+
+/// Reads an array of real numbers, which is copied if NumPy has them in another type or order of bytes, or not aligned. A copy
+/// that does not fit into memory is a `MemoryError`.
 pub(crate) fn real<'py>(
     object: &Bound<'py, PyAny>,
     name: &str,
@@ -135,9 +145,11 @@ pub(crate) fn real<'py>(
     let py = object.py();
     let numpy = py.import("numpy")?;
     let array = numpy.call_method1("asarray", (object,)).map_err(|error| {
-        match error.is_instance_of::<PyMemoryError>(py) {
-            true => error,
-            false => PyValueError::new_err(format!("`{name}` is no array of numbers: {error}")),
+        let refused =
+            error.is_instance_of::<PyTypeError>(py) || error.is_instance_of::<PyValueError>(py);
+        match refused {
+            true => PyValueError::new_err(format!("`{name}` is no array of numbers: {error}")),
+            false => error,
         }
     })?;
     let dtype = array.getattr("dtype")?;

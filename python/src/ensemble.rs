@@ -25,9 +25,6 @@ const UNIT: u64 = 32;
 /// How often it is looked whether the flights are to end.
 const LOOK: Duration = Duration::from_millis(20);
 
-/// The most threads.
-const MOST_THREADS: usize = 1024;
-
 /// What is flown.
 pub(crate) struct Wanted {
     pub(crate) settings: Settings,
@@ -45,11 +42,7 @@ pub(crate) fn fly<'py>(
     plan: Option<&Plan>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<(Bound<'py, PyDict>, Bound<'py, PyDict>)> {
-    if wanted.threads > MOST_THREADS {
-        let threads = wanted.threads;
-        let message = format!("`threads` is {threads}, expected at most {MOST_THREADS}");
-        return Err(error::ensemble(py, message));
-    }
+    error::threads(wanted.threads)?;
     if let Some(plan) = plan
         && plan.nominal().first_step() != 0
     {
@@ -95,6 +88,7 @@ fn rows(campaign: &Campaign<'_>, range: Range<u64>, threads: usize, watch: &mut 
     };
     let next = AtomicU64::new(range.start);
     let stop = AtomicBool::new(false);
+    let steps = AtomicU64::new(0);
     let rows = Mutex::new(Vec::new());
     thread::scope(|scope| {
         let work = || {
@@ -104,16 +98,16 @@ fn rows(campaign: &Campaign<'_>, range: Range<u64>, threads: usize, watch: &mut 
                     return;
                 }
                 let unit = start..range.end.min(start + UNIT);
-                let flown = campaign.fly(unit, Width::default());
+                let flown = campaign.fly_counted(unit, Width::default(), &steps);
                 let mut rows = rows.lock().unwrap_or_else(PoisonError::into_inner);
                 rows.extend(flown);
             }
         };
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
-        let wanted = (range.end - range.start) as f64;
+        let wanted = (range.end - range.start) as f64 * campaign.steps() as f64;
         while !workers.iter().all(thread::ScopedJoinHandle::is_finished) {
-            let done = rows.lock().unwrap_or_else(PoisonError::into_inner).len();
-            if !watch.go_on(done as f64 / wanted) {
+            let made = steps.load(Ordering::Relaxed) as f64;
+            if !watch.go_on(made / wanted) {
                 stop.store(true, Ordering::Relaxed);
             }
             thread::park_timeout(LOOK);
@@ -155,6 +149,7 @@ fn columns<'py>(
     about.set_item("seed", identity.seed)?;
     about.set_item("samples", identity.samples)?;
     about.set_item("integrator", &identity.scheme)?;
+    about.set_item("part", identity.part)?;
     if let FlownBy::Simulation { reason } = campaign.flown_by() {
         about.set_item("one_by_one", reason)?;
     }

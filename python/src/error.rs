@@ -7,7 +7,7 @@ use lgvi_common::{KeyError, SceneFileError, SceneFileReason};
 use lgvi_dynamics::StepError;
 use lgvi_planner::{NoPlan, Reason};
 use lgvi_scene::{Scene, SceneError};
-use pyo3::exceptions::PyOSError;
+use pyo3::exceptions::{PyOSError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::PyType;
@@ -151,6 +151,12 @@ pub(crate) fn plan(py: Python<'_>, error: &NoPlan) -> PyErr {
 
 pub(crate) fn ensemble(py: Python<'_>, error: impl Display) -> PyErr {
     exception!(py, "EnsembleError", (error.to_string(),))
+}
+
+/// Refuses a number of threads.
+pub(crate) fn threads(threads: usize) -> PyResult<()> {
+    let checked = lgvi_review::check_threads(threads);
+    checked.map_err(|error| PyValueError::new_err(format!("`threads`: {error}")))
 }
 
 /// Refuses a path where there is nothing to read, with the exception that Python has for it.

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use lgvi_dynamics::{ActuatorStates, BodyState, Load, StepError};
+use lgvi_dynamics::{BodyState, Load, StepError};
 use lgvi_propagator::Flight;
 use lgvi_scene::{Scene, Scheme};
 use pyo3::exceptions::{PyMemoryError, PyValueError};
@@ -55,10 +55,10 @@ pub(crate) fn outputs(scene: &Scene, t_eval: Option<Vec<f64>>) -> PyResult<Vec<O
         }
         let last = !scene.steps.is_multiple_of(every);
         let steps = (0..=scene.steps).step_by(usize::try_from(every).unwrap_or(usize::MAX));
-        return Ok(steps
-            .chain(last.then_some(scene.steps))
-            .map(on_step)
-            .collect());
+        let count = usize::try_from(scene.steps / every).unwrap_or(usize::MAX);
+        let mut outputs = room(count.saturating_add(2))?;
+        outputs.extend(steps.chain(last.then_some(scene.steps)).map(on_step));
+        return Ok(outputs);
     };
     let end = scene.seconds(scene.steps);
     let step = scene.seconds(1);
@@ -197,11 +197,13 @@ impl Run<'_> {
             times: kept,
             states: kept_states,
             loads,
+            actuators,
             ..
         } = &mut self.samples;
         (kept.try_reserve_exact(times)).map_err(|_| End::Memory)?;
         (kept_states.try_reserve_exact(states)).map_err(|_| End::Memory)?;
         (loads.try_reserve_exact(states)).map_err(|_| End::Memory)?;
+        (actuators.reserve(flight.system(), times)).map_err(|_| End::Memory)?;
         let mut advance =
             |flight: &mut Flight, to| advance(flight, to, &self.flown.scene, controller, watch);
         let mut outputs = outputs.iter().copied().peekable();
@@ -209,10 +211,7 @@ impl Run<'_> {
             advance(flight, output.step)?;
             if output.part == 0.0 {
                 self.keep(output.time, flight.states(), flight.loads());
-                if self.flown.scene.has_actuators() {
-                    let states = ActuatorStates::of(flight.system());
-                    self.samples.actuators.push(states);
-                }
+                self.samples.actuators.keep(flight.system());
                 continue;
             }
             // What acts in a step is known when it has been made.

@@ -1,5 +1,6 @@
 //! The extension module of the Python package `lgvi`.
 
+mod actuators;
 mod arrays;
 mod bag;
 mod controls;

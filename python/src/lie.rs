@@ -1,21 +1,25 @@
 //! SO(3) and SE(3) on arrays of rows. A pose is a homogeneous 4×4 matrix by rows.
 
-use lgvi_lie::{Pose, Quaternion, exp, left_jacobian, log, to_quaternion};
+use lgvi_lie::{Pose, Quaternion, exp, left_jacobian, log, polish, to_quaternion};
 use lgvi_scene::{quaternion_defect, rotation_defect};
 use nalgebra::{Matrix3, Matrix6, Vector3, Vector6};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 
-use crate::arrays::{Array, array, room, rows};
+use crate::arrays::{Array, array, by_rows, room, rows};
 use crate::error;
 
 /// A row of numbers that a function takes, or what is wrong with it.
 type Checked<T> = Result<T, String>;
 
-/// The rotation of a unit quaternion x, y, z, w.
+/// Largest |RᵀR − I| of a matrix and largest ||q| − 1| of a quaternion that are accepted: what Runge–Kutta methods and numbers
+/// of single precision leave.
+const TOLERANCE: f64 = 1e-4;
+
+/// The rotation of a unit quaternion x, y, z, w, whatever its norm is within the tolerance.
 pub(crate) fn rotation([x, y, z, w]: [f64; 4]) -> Checked<Matrix3<f64>> {
     let u = Vector3::new(x, y, z);
-    match quaternion_defect(w, &u) {
+    match quaternion_defect(w, &u, TOLERANCE) {
         None => Ok(Quaternion { w, u }.matrix()),
         Some(defect) => Err(format!(
             "[{x}, {y}, {z}, {w}] is no unit quaternion: {defect}"
@@ -31,59 +35,68 @@ fn each<'py, const N: usize, const M: usize>(
 ) -> PyResult<Array<'py>> {
     let numbers = rows(object, name, N)?;
     let (rows, _) = numbers.as_chunks::<N>();
-    applied(object.py(), name, rows.len(), |row| function(rows[row]))
+    applied(object.py(), rows.len(), |row| {
+        function(rows[row]).map_err(|defect| (name, defect))
+    })
+}
+
+/// An operand with its name and with what makes a row of it, which is checked.
+struct Operand<'a, 'py, const N: usize, T> {
+    object: &'a Bound<'py, PyAny>,
+    name: &'static str,
+    read: fn([f64; N]) -> Checked<T>,
 }
 
 /// Applies a function to each pair of rows.
-fn pairs<'py, const N: usize, const P: usize, const M: usize>(
-    one: &Bound<'py, PyAny>,
-    other: &Bound<'py, PyAny>,
-    function: impl Fn([f64; N], [f64; P]) -> Checked<[f64; M]> + Sync + Send,
+fn pairs<'py, const N: usize, const P: usize, const M: usize, A, B>(
+    one: &Operand<'_, 'py, N, A>,
+    other: &Operand<'_, 'py, P, B>,
+    function: impl Fn(A, B) -> [f64; M] + Sync + Send,
 ) -> PyResult<Array<'py>> {
-    let (ones, others) = (rows(one, "a", N)?, rows(other, "b", P)?);
+    let py = one.object.py();
+    let ones = rows(one.object, one.name, N)?;
+    let others = rows(other.object, other.name, P)?;
     let (ones, others) = (ones.as_chunks::<N>().0, others.as_chunks::<P>().0);
     let [count, expected] = [ones.len(), others.len()];
     if count != expected {
         let message = format!("{count} and {expected} rows, expected the same number");
         return Err(PyValueError::new_err(message));
     }
-    applied(one.py(), "poses", count, |row| {
-        function(ones[row], others[row])
+    let (read, name) = (one.read, one.name);
+    let (read_other, other_name) = (other.read, other.name);
+    applied(py, count, |row| {
+        let a = read(ones[row]).map_err(|defect| (name, defect))?;
+        let b = read_other(others[row]).map_err(|defect| (other_name, defect))?;
+        Ok(function(a, b))
     })
 }
 
-/// An array of the results of `count` rows.
-fn applied<'py, const M: usize>(
+/// An array of the results of `count` rows. An error has the name of the operand and its defect.
+fn applied<'py, 'n, const M: usize>(
     py: Python<'py>,
-    name: &str,
     count: usize,
-    function: impl Fn(usize) -> Checked<[f64; M]> + Sync + Send,
+    function: impl Fn(usize) -> Result<[f64; M], (&'n str, String)> + Sync + Send,
 ) -> PyResult<Array<'py>> {
     let mut results = room(count.saturating_mul(M))?;
     let made = py.detach(|| {
         (0..count).try_for_each(|row| {
-            results.extend(function(row).map_err(|defect| (row, defect))?);
+            results.extend(function(row).map_err(|refused| (row, refused))?);
             Ok(())
         })
     });
-    made.map_err(|(row, defect): (usize, String)| {
+    made.map_err(|(row, (name, defect)): (usize, (&str, String))| {
         error::rotation(py, &format!("`{name}`, row {row} of {count}"), &defect)
     })?;
     array(py, &[count, M], results)
 }
 
-/// A rotation matrix by rows.
+/// The rotation that is nearest to a matrix by rows, which is one within the tolerance.
 fn matrix(rows: [f64; 9]) -> Checked<Matrix3<f64>> {
     let matrix = Matrix3::from_row_slice(&rows);
-    match rotation_defect(&matrix) {
-        None => Ok(matrix),
+    match rotation_defect(&matrix, TOLERANCE) {
+        None => Ok(polish(&matrix)),
         Some(defect) => Err(format!("{rows:?} is no rotation matrix by rows: {defect}")),
     }
-}
-
-fn by_rows(matrix: &Matrix3<f64>) -> [f64; 9] {
-    let transposed = matrix.transpose();
-    std::array::from_fn(|index| transposed[index])
 }
 
 fn six_by_rows(matrix: &Matrix6<f64>) -> [f64; 36] {
@@ -181,8 +194,13 @@ pub(crate) fn se3_compose<'py>(
     one: &Bound<'py, PyAny>,
     other: &Bound<'py, PyAny>,
 ) -> PyResult<Array<'py>> {
-    pairs(one, other, |one: [f64; 16], other: [f64; 16]| {
-        Ok(homogeneous(&pose(one)?.compose(&pose(other)?)))
+    let operand = |object, name| Operand {
+        object,
+        name,
+        read: pose,
+    };
+    pairs(&operand(one, "a"), &operand(other, "b"), |one, other| {
+        homogeneous(&one.compose(&other))
     })
 }
 
@@ -191,7 +209,15 @@ pub(crate) fn se3_act<'py>(
     poses: &Bound<'py, PyAny>,
     points: &Bound<'py, PyAny>,
 ) -> PyResult<Array<'py>> {
-    pairs(poses, points, |t: [f64; 16], p: [f64; 3]| {
-        Ok(pose(t)?.act(&p.into()).into())
-    })
+    let poses = Operand {
+        object: poses,
+        name: "t",
+        read: pose,
+    };
+    let points = Operand {
+        object: points,
+        name: "p",
+        read: |p: [f64; 3]| Ok(Vector3::from(p)),
+    };
+    pairs(&poses, &points, |pose, point| pose.act(&point).into())
 }

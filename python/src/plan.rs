@@ -10,7 +10,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
-use crate::arrays::{Array, States, forces, read_only};
+use crate::arrays::{Array, States, flat, forces, moments, read_only, room};
 use crate::error;
 use crate::state::State;
 use crate::watch::Watch;
@@ -171,7 +171,8 @@ impl Plan {
     #[getter]
     fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let steps = self.plan.first_step()..=self.plan.arrival();
-        let times: Vec<_> = steps.map(|step| self.scene.seconds(step)).collect();
+        let mut times = room(self.plan.solution().states.len())?;
+        times.extend(steps.map(|step| self.scene.seconds(step)));
         read_only(py, &[times.len()], times)
     }
 
@@ -185,7 +186,7 @@ impl Plan {
                 *control = actuation.in_inertial_axes(control, &state.attitude);
             }
         }
-        let [force, _] = forces(&self.scene, &controls);
+        let force = forces(&self.scene, &controls)?;
         read_only(py, &[controls.len(), 3], force)
     }
 
@@ -215,7 +216,7 @@ impl Plan {
     #[getter]
     fn moment_n_m<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let controls = &self.plan.solution().controls;
-        let [_, moment] = forces(&self.scene, controls);
+        let moment = moments(&self.scene, controls)?;
         read_only(py, &[controls.len(), 3], moment)
     }
 
@@ -225,7 +226,7 @@ impl Plan {
         read_only(
             py,
             &[self.states().states.len(), 3],
-            self.states().positions(),
+            self.states().positions()?,
         )
     }
 
@@ -235,20 +236,18 @@ impl Plan {
         let states = &self.plan.solution().states;
         let body = &self.scene.bodies[self.body()].body;
         let unit = self.scene.units.length / self.scene.units.time;
-        let each = states.iter().flat_map(|state| {
-            let velocity: [f64; 3] = (state.velocity(body) * unit).into();
-            velocity
-        });
-        read_only(py, &[states.len(), 3], each.collect())
+        let each = states.iter();
+        let numbers = flat::<3>(each.map(|state| (state.velocity(body) * unit).into()))?;
+        read_only(py, &[states.len(), 3], numbers)
     }
 
-    /// Planned attitudes as quaternions x, y, z, w from the body frame to the inertial one, shape (n + 1, 4).
+    /// Planned attitudes as unit quaternions x, y, z, w from the body frame to the inertial one, shape (n + 1, 4).
     #[getter]
     fn attitude_xyzw<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         read_only(
             py,
             &[self.states().states.len(), 4],
-            self.states().quaternions(),
+            self.states().quaternions()?,
         )
     }
 
@@ -257,11 +256,10 @@ impl Plan {
     fn angular_velocity_rad_s<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
         let states = &self.plan.solution().states;
         let body = &self.scene.bodies[self.body()].body;
-        let each = states.iter().flat_map(|state| {
-            let rate: [f64; 3] = (state.angular_velocity(body) / self.scene.units.time).into();
-            rate
-        });
-        read_only(py, &[states.len(), 3], each.collect())
+        let unit = 1.0 / self.scene.units.time;
+        let each = states.iter();
+        let numbers = flat::<3>(each.map(|state| (state.angular_velocity(body) * unit).into()))?;
+        read_only(py, &[states.len(), 3], numbers)
     }
 
     /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none or the commands are thrusters or wheels.

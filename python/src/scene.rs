@@ -1,13 +1,12 @@
 //! Scenes.
 
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, OnceLock};
 
 use lgvi_common::KeyError;
 use lgvi_dynamics::auto::{Choice, ChoiceError};
-use lgvi_review::{Explanation, SCENES, Unusable};
-use lgvi_scene::{self as scene, Chosen, SceneError, Scheme};
+use lgvi_review::{Explanation, SCENES, Unusable, choose, decided};
+use lgvi_scene::{self as scene, SceneError, Scheme};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping, PyTuple};
@@ -76,21 +75,10 @@ impl Scene {
 
     /// The choice of an automatic integrator, unless the scene has it.
     fn choice(&self, py: Python<'_>) -> PyResult<Option<Choice>> {
-        let Some(tolerance) = self.scene.undecided() else {
-            return Ok(None);
-        };
         let mut watch = Watch::new(None);
-        let choice = py.detach(|| {
-            self.scene.choice(tolerance, &mut |part| {
-                if watch.go_on(part) {
-                    ControlFlow::Continue(())
-                } else {
-                    ControlFlow::Break(())
-                }
-            })
-        });
+        let choice = py.detach(|| choose(&self.scene, &mut |part| watch.go_on(part)));
         match choice {
-            Ok(choice) => watch.end(py).map(|()| Some(choice)),
+            Ok(choice) => watch.end(py).map(|()| choice),
             Err(ChoiceError::Interrupted) => Err(watch
                 .end(py)
                 .err()
@@ -107,7 +95,7 @@ impl Scene {
         let scene = match self.choice(py)? {
             None => Arc::clone(&self.scene),
             Some(choice) => {
-                let decided = self.scene.decided(&Chosen::from(&choice).to_string());
+                let decided = decided(scene::Scene::clone(&self.scene), Some(&choice));
                 Arc::new(decided.map_err(|error| error::scene(py, None, &error))?)
             }
         };
@@ -181,9 +169,10 @@ impl Scene {
     /// Returns the scene with other values of some keys, such as `{"run.steps": 100, "bodies.station.mass": 2.0}`.
     ///
     /// A body is named or numbered, as in `bodies[0].mass`. Comments of the text stay.
-    fn with_values(&self, py: Python<'_>, values: &Bound<'_, PyDict>) -> PyResult<Self> {
-        let each = values.iter().map(|(key, value)| {
-            let key: String = key.extract()?;
+    fn with_values(&self, py: Python<'_>, values: &Bound<'_, PyMapping>) -> PyResult<Self> {
+        let items = values.items()?;
+        let each = items.iter().map(|item| {
+            let (key, value): (String, Bound<'_, PyAny>) = item.extract()?;
             let value = toml_value::value(&value, &key)?.to_string();
             PyResult::Ok((key, value))
         });
@@ -362,7 +351,8 @@ impl Scene {
     /// threads : int
     ///     Threads, or 0 for one a core. Numbers do not depend on it.
     /// progress : callable, optional
-    ///     Called with the completed fraction some times a second. An exception in it ends the flights.
+    ///     Called with the completed fraction of all steps some times a second. An exception in it ends the flights, once each
+    ///     thread has flown its next 32 samples at most.
     ///
     /// Returns
     /// -------
@@ -375,6 +365,8 @@ impl Scene {
     /// ------
     /// EnsembleError
     ///     The scene has no `ensemble` table, or a number is out of its range.
+    /// ValueError
+    ///     More than 1024 threads.
     #[pyo3(signature = (samples = None, seed = None, range = None, *, plan = None, threads = 0, progress = None))]
     #[expect(clippy::too_many_arguments, reason = "they are keywords of Python")]
     fn ensemble<'py>(
@@ -421,7 +413,8 @@ impl Scene {
     /// -------
     /// Table
     ///     A mapping from names to columns, which are NumPy arrays with a row a flight. They are those of `lgvi sweep`, with
-    ///     the same bits: `flight` (number, from 0), the keys of `vary` with their values, `steps` (steps made), `failure`
+    ///     the same bits: `flight` (number, from 0), the keys of `vary` with their values (arrays of int, float,
+    ///     bool or str if all are of this type; lists, dicts and values of several types are texts of TOML), `steps` (steps made), `failure`
     ///     (why the flight ended early or has no plan, empty otherwise), and for each body in SI `<body>.final.position.x`
     ///     (m, inertial frame), `.velocity.x` (m/s, inertial frame), `.attitude.w` (quaternion from the body frame to the
     ///     inertial one), `.angular_velocity.x` (rad/s, body frame); `change.energy` and other changes relative to the size
@@ -431,6 +424,8 @@ impl Scene {
     /// ------
     /// SceneError
     ///     A combination is no scene. None is flown then. `key`, `value` and `expected` say why.
+    /// ValueError
+    ///     More than 100 000 combinations or 1024 threads.
     ///
     /// Examples
     /// --------
@@ -460,7 +455,7 @@ impl Scene {
     /// position_m : array_like, shape (n, bodies, 3)
     ///     Centers of mass (m), inertial frame.
     /// attitude_xyzw : array_like, shape (n, bodies, 4)
-    ///     Unit quaternions x, y, z, w from the body frame to the inertial one.
+    ///     Unit quaternions x, y, z, w from the body frame to the inertial one. What their norms differ from 1 by is removed.
     ///
     /// Returns
     /// -------
@@ -474,7 +469,7 @@ impl Scene {
     /// Raises
     /// ------
     /// RotationError
-    ///     The norm of a quaternion is not 1 to 1e-9.
+    ///     The norm of a quaternion is not 1 to 1e-4.
     fn gravity<'py>(
         &self,
         py: Python<'py>,

@@ -75,6 +75,9 @@ impl Simulation {
 
     /// Lets a wrench act over the next `steps` steps, in addition to controls and to wrenches applied before.
     ///
+    /// It acts as it is: errors of actuators, the scene's `disturbance` table, change controls but not applied wrenches. A wrench
+    /// that is refused changes nothing.
+    ///
     /// A wrench is an array of shape (bodies, 6), force (N, inertial frame) then moment (N m, body frame), of shape (6,) for a
     /// single body, or a dict from names to six numbers.
     #[pyo3(signature = (wrench, steps = 1))]
@@ -83,10 +86,15 @@ impl Simulation {
             return Err(error::controls(py, "`steps` is 0, expected at least 1"));
         }
         let scene = Arc::clone(&self.flown.scene);
-        for (body, load) in wrenches(&scene, wrench)?.into_iter().enumerate() {
+        let loads = wrenches(&scene, wrench)?;
+        let loads = || loads.iter().enumerate();
+        let flight = self.flight();
+        for (body, load) in loads() {
             let Some(load) = load else { continue };
-            let flight = self.flight();
-            check(&scene, flight, body, &load).map_err(|reason| error::controls(py, reason))?;
+            check(&scene, flight, body, load).map_err(|reason| error::controls(py, reason))?;
+        }
+        for (body, load) in loads() {
+            let Some(load) = *load else { continue };
             flight.push(body, load, steps);
         }
         Ok(())

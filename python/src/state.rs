@@ -43,10 +43,10 @@ impl State {
         &self,
         py: Python<'py>,
         shape: &[usize],
-        numbers: Vec<f64>,
+        numbers: PyResult<Vec<f64>>,
     ) -> PyResult<Array<'py>> {
         let shape: Vec<_> = [&[self.states.len()], shape].concat();
-        read_only(py, &shape, numbers)
+        read_only(py, &shape, numbers?)
     }
 }
 

@@ -1,9 +1,12 @@
 //! A scene flown with every combination of some values.
 
+use std::fmt::Display;
+use std::str::FromStr;
+
 use lgvi_review::sweep::{
     Column, Combination, Flown, SweepError, Table, Variation, combinations, fly_all,
 };
-use numpy::IntoPyArray;
+use numpy::{Element, IntoPyArray, PyArray1};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList, PyMapping};
@@ -13,9 +16,6 @@ use crate::scene::{Refused, Scene};
 use crate::watch::Watch;
 use crate::{error, toml_value};
 
-/// The most threads.
-const MOST_THREADS: usize = 1024;
-
 /// Flies all combinations and returns their columns.
 pub(crate) fn fly<'py>(
     py: Python<'py>,
@@ -24,12 +24,9 @@ pub(crate) fn fly<'py>(
     threads: usize,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    if threads > MOST_THREADS {
-        return Err(PyValueError::new_err(format!(
-            "`threads` is {threads}, expected at most {MOST_THREADS}"
-        )));
-    }
-    let all = combinations(&variations(vary)?).map_err(|error| match &error {
+    error::threads(threads)?;
+    let (variations, kinds): (Vec<_>, Vec<_>) = variations(vary)?.into_iter().unzip();
+    let all = combinations(&variations).map_err(|error| match &error {
         SweepError::Empty { key } => error::no_values(py, key, &error),
         _ => PyValueError::new_err(error.to_string()),
     })?;
@@ -58,24 +55,54 @@ pub(crate) fn fly<'py>(
         flown.map_err(|(combination, refused)| with(py, scene, &combination, &refused))?;
     watch.end(py)?;
     let flown = flown.unwrap_or_default();
-    let table = Table::new(&all, &flown.iter().collect::<Vec<_>>());
+    let table = Table::new(&all.iter().zip(&flown).collect::<Vec<_>>());
     let columns = PyDict::new(py);
-    for (name, column) in table.columns {
-        columns.set_item(name, array(py, column)?)?;
+    let mut kinds = kinds.into_iter();
+    for (name, column) in table.columns() {
+        let column = match column {
+            Column::Values(texts) => typed(py, texts, kinds.next().unwrap_or(Kind::Text))?,
+            column => array(py, column)?,
+        };
+        columns.set_item(name, column)?;
     }
     Ok(columns)
 }
 
-/// Reads keys and their values.
-fn variations(vary: &Bound<'_, PyMapping>) -> PyResult<Vec<Variation>> {
+/// The type of the values of a key.
+enum Kind {
+    Whole,
+    Number,
+    Truth,
+    Text,
+}
+
+impl Kind {
+    /// That which all values have; tables, lists, and values of several types are texts of TOML.
+    fn of(values: &[Value]) -> Self {
+        let all = |is: fn(&Value) -> bool| values.iter().all(is);
+        if all(Value::is_integer) {
+            Self::Whole
+        } else if all(|value| value.is_integer() || value.is_float()) {
+            Self::Number
+        } else if all(Value::is_bool) {
+            Self::Truth
+        } else {
+            Self::Text
+        }
+    }
+}
+
+/// Reads keys and their values, and of what type these are.
+fn variations(vary: &Bound<'_, PyMapping>) -> PyResult<Vec<(Variation, Kind)>> {
     let items = vary.items()?;
     let each = items.iter().map(|item| {
         let (key, values): (String, Bound<'_, PyAny>) = item.extract()?;
         match toml_value::value(&values, &key)? {
-            Value::Array(values) => Ok(Variation {
-                key,
-                values: values.iter().map(Value::to_string).collect(),
-            }),
+            Value::Array(values) => {
+                let kind = Kind::of(&values);
+                let values = values.iter().map(Value::to_string).collect();
+                Ok((Variation { key, values }, kind))
+            }
             value => Err(PyTypeError::new_err(format!(
                 "`{key}` is {value}, expected a sequence of values"
             ))),
@@ -95,25 +122,37 @@ fn with(py: Python<'_>, scene: &Scene, combination: &Combination, refused: &Refu
 }
 
 /// A column as an array, or as a list of texts.
-fn array(py: Python<'_>, column: Column) -> PyResult<Bound<'_, PyAny>> {
+fn array<'py>(py: Python<'py>, column: &Column) -> PyResult<Bound<'py, PyAny>> {
     Ok(match column {
-        Column::Counts(counts) => counts.into_pyarray(py).into_any(),
+        Column::Counts(counts) => PyArray1::from_slice(py, counts).into_any(),
         Column::Numbers(numbers) => {
-            let numbers = numbers.into_iter().map(|number| number.unwrap_or(f64::NAN));
-            numbers.collect::<Vec<_>>().into_pyarray(py).into_any()
+            let numbers = numbers.iter().map(|number| number.unwrap_or(f64::NAN));
+            PyArray1::from_iter(py, numbers).into_any()
         }
-        Column::Texts(texts) => PyList::new(py, texts)?.into_any(),
-        Column::Values(texts) => {
-            let whole = texts.iter().map(|text| text.parse::<i64>());
-            let numbers = texts.iter().map(|text| text.parse::<f64>());
-            match (
-                whole.collect::<Result<Vec<_>, _>>(),
-                numbers.collect::<Result<Vec<_>, _>>(),
-            ) {
-                (Ok(whole), _) => whole.into_pyarray(py).into_any(),
-                (_, Ok(numbers)) => numbers.into_pyarray(py).into_any(),
-                _ => PyList::new(py, texts)?.into_any(),
-            }
-        }
+        Column::Texts(texts) | Column::Values(texts) => PyList::new(py, texts)?.into_any(),
     })
+}
+
+/// Values of a key as an array of their type, or as a list of texts.
+fn typed<'py>(py: Python<'py>, texts: &[String], kind: Kind) -> PyResult<Bound<'py, PyAny>> {
+    fn parsed<'py, T: Element + FromStr>(
+        py: Python<'py>,
+        texts: &[String],
+    ) -> PyResult<Bound<'py, PyAny>>
+    where
+        T::Err: Display,
+    {
+        let each = texts.iter().map(|text| {
+            let value = text.parse::<T>();
+            value.map_err(|error| PyValueError::new_err(format!("{text}: {error}")))
+        });
+        let values = each.collect::<PyResult<Vec<_>>>()?;
+        Ok(values.into_pyarray(py).into_any())
+    }
+    match kind {
+        Kind::Whole => parsed::<i64>(py, texts),
+        Kind::Number => parsed::<f64>(py, texts),
+        Kind::Truth => parsed::<bool>(py, texts),
+        Kind::Text => Ok(PyList::new(py, texts)?.into_any()),
+    }
 }

@@ -2,7 +2,6 @@
 
 use std::sync::Arc;
 
-use lgvi_dynamics::ActuatorStates;
 use lgvi_dynamics::docking::Docked;
 use lgvi_dynamics::{BodyState, Invariants, Load};
 use lgvi_scene::Scene;
@@ -11,7 +10,8 @@ use pyo3::prelude::*;
 use pyo3::sync::PyOnceLock;
 use pyo3::types::{PyDict, PyList, PyTuple};
 
-use crate::arrays::{States, forces, read_only};
+use crate::actuators::Actuators;
+use crate::arrays::{States, flat, forces, moments, read_only};
 use crate::dataset::dataset;
 use crate::state::State;
 
@@ -24,8 +24,7 @@ pub(crate) struct Samples {
     pub(crate) states: Vec<BodyState>,
     /// What acted in the step before each sample; of all bodies, sample by sample.
     pub(crate) loads: Vec<Load>,
-    /// Sample by sample; none where no body has actuators.
-    pub(crate) actuators: Vec<ActuatorStates>,
+    pub(crate) actuators: Actuators,
     pub(crate) docked: Vec<Docked>,
 }
 
@@ -86,11 +85,11 @@ impl Trajectory {
         kept: Kept,
         of_bodies: bool,
         shape: &[usize],
-        make: impl FnOnce(&Self) -> Vec<f64> + Send,
+        make: impl FnOnce(&Self) -> PyResult<Vec<f64>> + Send,
     ) -> PyResult<Bound<'py, PyAny>> {
         let slot = &self.arrays[kept as usize];
         let made = slot.get_or_try_init(py, || -> PyResult<Py<PyAny>> {
-            let numbers = py.detach(|| make(self));
+            let numbers = py.detach(|| make(self))?;
             let bodies = self.scene.bodies.len();
             let mut whole = vec![self.samples.times.len()];
             whole.extend(of_bodies.then_some(bodies));
@@ -101,17 +100,16 @@ impl Trajectory {
     }
 
     /// The invariants of all samples, in the scene's units.
-    fn invariants<const N: usize>(&self, of: impl Fn(&Invariants) -> [f64; N]) -> Vec<f64> {
+    fn invariants<const N: usize>(
+        &self,
+        of: impl Fn(&Invariants) -> [f64; N],
+    ) -> PyResult<Vec<f64>> {
         let mut system = self.scene.system();
-        let mut actuators = self.samples.actuators.iter();
         let each = self.samples.states.chunks(self.scene.bodies.len());
-        let each = each.flat_map(|states| {
-            if let Some(states) = actuators.next() {
-                system.set_actuator_states(states);
-            }
+        flat(each.enumerate().map(|(sample, states)| {
+            self.samples.actuators.set(&mut system, sample);
             of(&Invariants::of(&system, states))
-        });
-        each.collect()
+        }))
     }
 }
 
@@ -132,7 +130,9 @@ impl Trajectory {
     /// Times since the start of the run (s), shape (n,).
     #[getter]
     pub(crate) fn time_s<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        self.kept(py, Kept::Time, false, &[], |it| it.samples.times.clone())
+        self.kept(py, Kept::Time, false, &[], |it| {
+            flat(it.samples.times.iter().map(|time| [*time]))
+        })
     }
 
     /// Centers of mass (m), inertial frame, shape (n, bodies, 3).
@@ -173,8 +173,7 @@ impl Trajectory {
     #[getter]
     pub(crate) fn force_n<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Force, true, &[3], |it| {
-            let [force, _] = forces(&it.scene, &it.samples.loads);
-            force
+            forces(&it.scene, &it.samples.loads)
         })
     }
 
@@ -183,8 +182,7 @@ impl Trajectory {
     #[getter]
     pub(crate) fn moment_n_m<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, Kept::Moment, true, &[3], |it| {
-            let [_, moment] = forces(&it.scene, &it.samples.loads);
-            moment
+            moments(&it.scene, &it.samples.loads)
         })
     }
 

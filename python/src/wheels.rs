@@ -3,6 +3,7 @@
 use lgvi_dynamics::wheels::WheelState;
 use pyo3::prelude::*;
 
+use crate::arrays::{flat, room};
 use crate::trajectory::{Kept, Trajectory};
 
 impl Trajectory {
@@ -14,9 +15,8 @@ impl Trajectory {
         of: impl Fn(&WheelState) -> f64 + Send + Sync,
     ) -> PyResult<Bound<'py, PyAny>> {
         self.kept(py, kept, false, &[self.wheel_names().len()], |it| {
-            let each = it.samples.actuators.iter();
-            each.flat_map(|states| states.wheels.iter().map(&of))
-                .collect()
+            let each = it.samples.actuators.wheels().iter();
+            flat(each.map(|wheel| [of(wheel)]))
         })
     }
 
@@ -35,9 +35,9 @@ impl Trajectory {
         self.kept(py, Kept::WheelSpeed, false, &[wheels], |it| {
             let mut system = it.scene.system();
             let each = it.samples.states.chunks(it.scene.bodies.len());
-            let mut speeds = Vec::with_capacity(wheels * it.samples.times.len());
-            for (states, actuators) in each.zip(&it.samples.actuators) {
-                system.set_actuator_states(actuators);
+            let mut speeds = room(wheels.saturating_mul(it.samples.times.len()))?;
+            for (sample, states) in each.enumerate() {
+                it.samples.actuators.set(&mut system, sample);
                 for (body, state) in system.bodies().iter().zip(states) {
                     let rate = state.angular_velocity(body);
                     let Some(wheels) = body.wheels() else {
@@ -47,7 +47,7 @@ impl Trajectory {
                     speeds.extend(all.map(|k| wheels.speed(k, &rate) / it.scene.units.time));
                 }
             }
-            speeds
+            Ok(speeds)
         })
     }
 }

@@ -14,6 +14,7 @@ import urllib.request
 from collections.abc import Callable, Iterator
 from concurrent.futures import Executor, ProcessPoolExecutor
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -107,8 +108,45 @@ def test_processes_fly_parts(scene: lgvi.Scene, whole: lgvi.Table, tmp_path: Pat
             distributed.run(scene, SAMPLES, path=tmp_path, engine=executor, part=PART)
 
 
+def sticking() -> Callable[[str], int]:
+    """A function, which is sent to workers by value, that lets its process stick in the next part that it flies.
+
+    The process does not write the part, but a file as a mark.
+    """
+
+    def stick(marker: str) -> int:
+        import lgvi._parts
+
+        def write(*arguments: object) -> None:
+            Path(marker).touch()
+            while True:
+                time.sleep(1.0)
+
+        lgvi._parts.Store.write = write  # type: ignore[assignment, method-assign]
+        return os.getpid()
+
+    return stick
+
+
+def killing(victim: int, marker: Path, count: Callable[[], int]) -> Callable[[float], None]:
+    """After the first part, kill a process that is stuck in another; `count` tells how many parts there are."""
+
+    def kill(fraction: float) -> None:
+        if fraction != 1 / PARTS:
+            return
+        until = time.monotonic() + 60
+        while not marker.exists():
+            assert time.monotonic() < until, "the victim flies no part"
+            time.sleep(0.01)
+        os.kill(victim, signal.SIGKILL)
+        marker.unlink()
+        assert 0 < count() < PARTS, "it dies in the middle"
+
+    return kill
+
+
 def fly_and_kill(scene: lgvi.Scene, directory: Path, path: str, options: dict[str, Any], count: Callable[[], int]) -> None:
-    """Fly on two workers of Dask, one of which is killed after the first part; `count` tells how many parts there are."""
+    """Fly on two workers of Dask, one of which is killed in its first part; `count` tells how many parts there are."""
     dask = pytest.importorskip("distributed")
     cluster = dask.LocalCluster(
         n_workers=2,
@@ -118,20 +156,16 @@ def fly_and_kill(scene: lgvi.Scene, directory: Path, path: str, options: dict[st
         local_directory=directory,
     )
     with cluster, dask.Client(cluster) as client:
-        there: list[int] = []
-        victim = min(client.run(os.getpid).values())
+        marker = directory / "stuck"
+        worker = min(client.run(os.getpid))
+        (victim,) = client.run(sticking(), str(marker), workers=[worker]).values()
         assert victim != os.getpid()
-
-        def kill(fraction: float) -> None:
-            if fraction == 1 / PARTS:
-                os.kill(victim, signal.SIGKILL)
-                there.append(count())
-
+        kill = killing(victim, marker, count)
         report = distributed.run(
             scene, SAMPLES, path=path, engine=client, part=PART, storage_options=options, progress=kill
         )
-        assert report.flown + report.kept == PARTS
-        assert 0 < there[0] < PARTS, "the worker died in the middle"
+        assert report == distributed.Report(SAMPLES, flown=PARTS, kept=0)
+        assert not marker.exists(), "a worker was killed"
         assert victim not in client.run(os.getpid).values()
 
 
@@ -195,22 +229,13 @@ def test_ray_flies_the_parts_of_a_killed_worker_again(
 ) -> None:
     parts = tmp_path / "ray_parts"
 
-    def worker() -> int:
-        time.sleep(0.2)
-        return os.getpid()
-
-    victim = min(ray.get([ray.remote(worker).remote() for _ in range(4)]))
+    marker = tmp_path / "stuck"
+    victim = ray.get(ray.remote(sticking()).remote(str(marker)))
     assert victim in descendants()
-    there: list[int] = []
-
-    def kill(fraction: float) -> None:
-        if fraction == 1 / PARTS:
-            os.kill(victim, signal.SIGKILL)
-            there.append(len(list(parts.glob("samples_*"))))
-
+    kill = killing(victim, marker, lambda: len(list(parts.glob("samples_*"))))
     report = distributed.run(scene, SAMPLES, path=parts, engine="ray", part=PART, progress=kill)
-    assert report.flown + report.kept == PARTS
-    assert 0 < there[0] < PARTS, "the worker died in the middle"
+    assert report == distributed.Report(SAMPLES, flown=PARTS, kept=0)
+    assert not marker.exists(), "a worker was killed"
     assert victim not in processes()
     check(pq.read_table(parts), whole)
     distributed.run(scene, SAMPLES, path=tmp_path / "parts", part=PART)
@@ -220,6 +245,66 @@ def test_ray_flies_the_parts_of_a_killed_worker_again(
     with pytest.raises(lgvi.EnsembleError, match="samples_0000000016_0000000032.parquet is damaged") as caught:
         distributed.run(scene, SAMPLES, path=parts, engine="ray", part=PART)
     assert type(caught.value) is lgvi.EnsembleError
+
+
+class OneByOne:
+    """What of Ray flies parts, which end one after the other."""
+
+    exceptions = SimpleNamespace(RayTaskError=RuntimeError)
+
+    def __init__(self) -> None:
+        self.begun: list[lgvi._parts.Part] = []
+        self.ended = self.looked_at = self.most = 0
+        self.cancelled: list[lgvi._parts.Part] = []
+
+    def cluster_resources(self) -> dict[str, float]:
+        return {"CPU": 3.0}
+
+    def put(self, task: Any) -> Any:
+        return task
+
+    def remote(self, **options: Any) -> Callable[[Any], Any]:
+        def begin(part: lgvi._parts.Part, task: Any) -> lgvi._parts.Part:
+            self.begun.append(part)
+            return part
+
+        return lambda function: SimpleNamespace(remote=begin)
+
+    def wait(self, waiting: list[lgvi._parts.Part]) -> tuple[list[lgvi._parts.Part], list[lgvi._parts.Part]]:
+        self.most = max(self.most, len(waiting))
+        self.looked_at += len(waiting)
+        self.ended += 1
+        return waiting[:1], waiting[1:]
+
+    def get(self, done: list[lgvi._parts.Part]) -> list[bool]:
+        return [True for _ in done]
+
+    def cancel(self, part: lgvi._parts.Part) -> None:
+        self.cancelled.append(part)
+
+
+def test_ray_has_a_window_of_parts() -> None:
+    parts = [(first, first + 1) for first in range(10_000)]
+    ray = OneByOne()
+    assert list(distributed._with_ray(ray, None, parts)) == [True] * len(parts)  # type: ignore[arg-type]
+    assert ray.begun == parts and ray.most == 12 and ray.looked_at <= 12 * len(parts)
+    assert not ray.cancelled
+    # What has begun is cancelled when the run is ended.
+    ray = OneByOne()
+    flown = distributed._with_ray(ray, None, parts)  # type: ignore[arg-type]
+    assert next(flown)
+    flown.close()  # type: ignore[attr-defined]
+    assert ray.cancelled == parts[1:12]
+
+
+def test_ray_that_is_not_installed_is_named_before_anything_is_flown(
+    scene: lgvi.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, "ray", None)
+    monkeypatch.setattr(distributed, "_ready", lambda *arguments: pytest.fail("it plans"))
+    with pytest.raises(ImportError, match=r"lgvi\[ray\]"):
+        distributed.run(scene, 40, path=tmp_path / "capture", engine="ray")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.fixture
@@ -293,6 +378,25 @@ def test_parts_of_other_ensembles_are_refused(scene: lgvi.Scene, tmp_path: Path)
     first.write_bytes(second.read_bytes())
     with pytest.raises(lgvi.EnsembleError, match="other samples than 0 to 15"):
         distributed.run(scene, 40, path=tmp_path, part=PART)
+
+
+def test_parts_of_long_flights_have_fewer_samples(
+    spin: lgvi.Scene, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """They have at most 2²⁶ steps of a body, but at least 32 samples."""
+    dispersed = lgvi.Scene.from_toml(spin.text + "\n[ensemble]\nsamples = 65\nseed = 1\n")
+    for steps, size in [(100, 1024), (1 << 16, 1024), ((1 << 16) + 1, 512), (1 << 20, 64), ((1 << 21) + 1, 32)]:
+        about = dispersed.with_values({"run.steps": steps}).ensemble(range=(0, 1)).about
+        assert about["part"] == size, steps
+    flown: list[tuple[int, int]] = []
+
+    def fly(task: distributed._Task, part: tuple[int, int]) -> bool:
+        flown.append(part)
+        return True
+
+    monkeypatch.setattr(distributed._Task, "fly", fly)
+    distributed.run(dispersed.with_values({"run.steps": 1 << 20}), path=tmp_path)
+    assert flown == [(0, 64), (64, 65)]
 
 
 def test_damaged_parts_are_refused(scene: lgvi.Scene, tmp_path: Path) -> None:

@@ -6,6 +6,7 @@ import pickle
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,7 @@ def test_dictionaries_that_are_no_scenes() -> None:
 @pytest.mark.parametrize(
     ("attitude", "defect"),
     [
-        ([0.0, 0.0, 0.0, 1.0 + 1e-8], "a unit quaternion: its norm is 1.00000001"),
+        ([0.0, 0.0, 0.0, 1.0 + 1e-8], "a unit quaternion: its norm is 1.00000001, expected 1 to within 1e-9"),
         ([0.0, 0.0, 0.0, 0.0], "a unit quaternion: its norm is 0"),
         (np.eye(3) + 1e-8, r"a rotation matrix by rows: \|RᵀR − I\| is"),
         (-np.eye(3), "a rotation matrix by rows: this is a reflection"),
@@ -186,6 +187,55 @@ def test_flights_that_would_not_fit_into_memory(spin: lgvi.Scene) -> None:
         spin.with_values({"run.steps": 10**12}).fly()
 
 
+# Asks for the arrays of a flight while there is no memory for them, and again once there is.
+CROWDED = """
+import resource
+import lgvi, numpy as np
+
+scene = lgvi.rigid_bodies(1.0, [2.0, 3.0, 4.0], angular_velocity_rad_s=[0.1, 1.0, 0.1], duration_s=1.0, steps=1_500_000)
+if WHEELS:
+    scene = scene.with_values({"bodies[0].wheels": [{"name": "a", "axis": [1.0, 0.0, 0.0], "inertia": 0.01}]})
+times = np.linspace(0.0, 1.0, 1_500_001)
+limit = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize() + (1 << 30)
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+
+def fill():
+    ballast = []
+    try:
+        while True:
+            ballast.append(bytearray(4 << 20))
+    except MemoryError:
+        return ballast
+
+def refused(make):
+    try:
+        make()
+    except MemoryError:
+        return True
+    return False
+
+ballast = fill()
+assert refused(lambda: scene.fly(t_eval=times))
+ballast = None
+flight = scene.fly(t_eval=times)
+names = [name for name in dir(flight) if name.endswith(("_s", "_m", "_n", "_j", "_xyzw", "_rad", "_error", "rotation"))]
+names = [name for name in names if WHEELS or not name.startswith("wheel")]
+ballast = fill()
+assert [name for name in names if not refused(lambda: getattr(flight, name))] == []
+ballast = None
+print(len(names), flight.rotation.shape, flight.energy_j.shape, flight.wheel_speed_rad_s.shape)
+"""
+
+
+@pytest.mark.parametrize(("wheels", "arrays"), [(False, 12), (True, 15)])
+def test_results_that_would_not_fit_into_memory(wheels: bool, arrays: int) -> None:
+    """In a process of its own, which is not aborted."""
+    script = CROWDED.replace("WHEELS", str(wheels))
+    run = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, timeout=120)
+    assert run.returncode == 0, run.stderr
+    assert run.stdout == f"{arrays} (1500001, 1, 3, 3) (1500001,) (1500001, {int(wheels)})\n"
+
+
 @pytest.mark.parametrize("count", [3 * 10**12, 2**60])
 @pytest.mark.parametrize(
     "use",
@@ -231,9 +281,17 @@ def test_ensembles_that_cannot_be_flown(spin: lgvi.Scene, scenes: Path) -> None:
     with pytest.raises(lgvi.EnsembleError, match="ensemble"):
         spin.ensemble()
     scene = lgvi.Scene.load(scenes / "dispersed_capture.toml")
-    for keywords in [{"samples": 0}, {"samples": 10, "range": (5, 11)}, {"range": (5, 5)}, {"threads": 10**6}]:
+    for keywords in [{"samples": 0}, {"samples": 10, "range": (5, 11)}, {"range": (5, 5)}]:
         with pytest.raises(lgvi.EnsembleError, match="expected"):
             scene.ensemble(**keywords)  # type: ignore[arg-type]
+    fly: list[Callable[[], object]] = [
+        lambda: scene.ensemble(threads=1025),
+        lambda: spin.sweep({"run.steps": [1]}, threads=1025),
+    ]
+    for refused in fly:
+        with pytest.raises(ValueError, match="`threads`: 1025 threads, expected at most 1024") as caught:
+            refused()
+        assert type(caught.value) is ValueError
     with pytest.raises(OverflowError):
         scene.ensemble(samples=-1)
     other = scene.with_values({"run.steps": 100}).plan()
@@ -258,6 +316,41 @@ def test_plans_that_are_not_there(spin: lgvi.Scene, inclination: lgvi.Scene) -> 
     other = inclination.with_values({"run.steps": 100})
     with pytest.raises(ValueError, match="other units"):
         other.plan(other.simulation().state(), warm=inclination.plan())
+
+
+def test_a_refused_wrench_changes_nothing() -> None:
+    scene = lgvi.rigid_bodies([1.0, 2.0], [1.0, 1.0, 1.0], duration_s=1.0, steps=10)
+    pushed, still = scene.simulation(), scene.simulation()
+    wrenches = np.ones((2, 6))
+    wrenches[1, 3] = np.nan
+    for wrench in (wrenches, dict(zip(["body_0", "body_1"], wrenches.tolist(), strict=True))):
+        with pytest.raises(lgvi.ControlError, match="the wrench on body_1 at step 0"):
+            pushed.apply(wrench, steps=5)
+    pushed.step(5)
+    still.step(5)
+    np.testing.assert_array_equal(pushed.state().velocity_m_s, still.state().velocity_m_s)
+    np.testing.assert_array_equal(pushed.state().rotation, still.state().rotation)
+
+
+def test_exceptions_of_what_is_handed_over_as_an_array_come_through(spin: lgvi.Scene) -> None:
+    class Own(Exception):
+        pass
+
+    class Array:
+        def __init__(self, error: type[BaseException]) -> None:
+            self.error = error
+
+        def __array__(self, *arguments: Any, **keywords: Any) -> np.ndarray:
+            raise self.error("from the array")
+
+    for raised, expected in [
+        (KeyboardInterrupt, KeyboardInterrupt),
+        (Own, Own),
+        (MemoryError, MemoryError),
+        (TypeError, ValueError),
+    ]:
+        with pytest.raises(expected, match="from the array"):
+            spin.fly(t_eval=Array(raised))
 
 
 def test_steps_that_cannot_be_counted(spin: lgvi.Scene) -> None:

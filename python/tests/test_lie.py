@@ -93,8 +93,8 @@ def test_any_leading_dimensions_do() -> None:
 def test_what_is_no_rotation_is_refused_with_its_defect() -> None:
     rotation = so3.exp(VECTORS).reshape(20, 3, 3)
     rows: list[tuple[Callable[[np.ndarray], np.ndarray], str]] = [
-        (lambda r: r + 1e-8, r"\|RᵀR − I\| is [1-9]\.\de-8, at most 1e-9"),
-        (lambda r: -r, "this is a reflection, its determinant is −1"),
+        (lambda r: r + 1e-3, r"\|RᵀR − I\| is [1-9]\.\de-3, expected at most 1e-4"),
+        (lambda r: -r, "this is a reflection, its determinant is −1, expected 1"),
         (lambda r: 2.0 * r, r"\|RᵀR − I\| is 5\.2e0"),
         (lambda r: np.full((3, 3), np.nan), r"\|RᵀR − I\| is NaN"),
     ]
@@ -109,18 +109,18 @@ def test_what_is_no_rotation_is_refused_with_its_defect() -> None:
         for unary in (se3.log, se3.inverse, se3.adjoint):
             with pytest.raises(lgvi.RotationError, match=f"row 7 of 20: .*{defect}"):
                 unary(pose)
-        for one, other in [(pose, np.eye(4)), (np.eye(4), pose)]:
-            with pytest.raises(lgvi.RotationError, match=f"row 7 of 20: .*{defect}"):
+        for operand, one, other in [("a", pose, np.eye(4)), ("b", np.eye(4), pose)]:
+            with pytest.raises(lgvi.RotationError, match=f"`{operand}`, row 7 of 20: .*{defect}"):
                 se3.compose(one, other)
-        with pytest.raises(lgvi.RotationError, match=defect):
+        with pytest.raises(lgvi.RotationError, match=f"`t`, row 7 of 20: .*{defect}"):
             se3.act(pose, [1.0, 0.0, 0.0])
     # What rounding of decimals leaves is accepted.
-    np.testing.assert_allclose(so3.log(rotation.round(10)), VECTORS.reshape(20, 3), atol=1e-8)
+    np.testing.assert_allclose(so3.log(rotation.round(6)), VECTORS.reshape(20, 3), atol=1e-5)
     with pytest.raises(lgvi.RotationError, match=r"the last row of the pose is \[0\.0, 0\.0, 0\.0, 2\.0\]"):
         se3.inverse(np.diag([1.0, 1.0, 1.0, 2.0]))
 
 
-@pytest.mark.parametrize("quaternion", [[0, 0, 0, 1.0 + 1e-8], [0, 0, 0, 0], [1, 1, 1, 1], [0, 0, np.nan, 1], [0, 0, 0, 1e200]])
+@pytest.mark.parametrize("quaternion", [[0, 0, 0, 1.0 + 2e-4], [0, 0, 0, 0], [1, 1, 1, 1], [0, 0, np.nan, 1], [0, 0, 0, 1e200]])
 def test_what_is_no_unit_quaternion_is_refused_with_its_norm(quaternion: list[float]) -> None:
-    with pytest.raises(lgvi.RotationError, match=r"no unit quaternion: its norm is \S+, 1 to within 1e-9"):
+    with pytest.raises(lgvi.RotationError, match=r"no unit quaternion: its norm is \S+, expected 1 to within 1e-4"):
         so3.from_quaternion(quaternion)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -96,6 +97,26 @@ def test_gains_correct_a_disturbed_start(scenes: Path) -> None:
     open_loop = disturbed.fly(controls=plan).position_m[-1, 0] - target
     closed = disturbed.fly(controls=law).position_m[-1, 0] - target
     assert np.linalg.norm(closed) < 0.01 * np.linalg.norm(open_loop)
+
+
+def test_errors_of_actuators_change_controls_and_not_applied_wrenches(scenes: Path) -> None:
+    scene = lgvi.Scene.load(scenes / "inclination_replan.toml")
+    wrench = np.array([0.3, -0.2, 0.1, 1e-3, 2e-3, -1e-3])
+
+    def change(act: Callable[[lgvi.Simulation], None]) -> NDArray[np.float64]:
+        """What a step with the wrench adds to the velocity."""
+        free, acted = scene.simulation(), scene.simulation()
+        act(acted)
+        free.step()
+        acted.step()
+        added: NDArray[np.float64] = acted.state().velocity_m_s[0] - free.state().velocity_m_s[0]
+        return added
+
+    exact = wrench[:3] * scene.step_s  # of a mass of 1 kg
+    applied = change(lambda simulation: simulation.apply(wrench))
+    accepted = change(lambda simulation: simulation.accept(lgvi.Controls(wrench[None, :3], wrench[None, 3:])))
+    assert np.linalg.norm(applied - exact) < 1e-4 * np.linalg.norm(exact)
+    assert 1e-3 < np.linalg.norm(accepted - exact) / np.linalg.norm(exact) < 0.05
 
 
 def test_the_rest_of_a_maneuver_is_planned_anew(inclination: lgvi.Scene) -> None:

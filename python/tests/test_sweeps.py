@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import csv
+import shlex
 import threading
+import tomllib
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -37,6 +41,50 @@ def test_rows_are_the_flights_of_the_combinations(scenes: Path) -> None:
     assert list(other) == list(table)
     for name, column in table.items():
         np.testing.assert_array_equal(other[name], column)
+
+
+def test_the_table_is_that_of_the_command_line(scenes: Path) -> None:
+    """The fixture is what a command has written to `sweep.csv`, after a line with this command."""
+    command, *lines = (Path(__file__).parent / "sweep.csv").read_text().splitlines()
+    name, subcommand, file, *options = shlex.split(command.removeprefix("# "))
+    assert (name, subcommand) == ("lgvi", "sweep")
+    given: dict[str, dict[str, Any]] = {"--set": {}, "--vary": {}}
+    for option, setting in zip(options[::2], options[1::2], strict=True):
+        key, value = setting.split("=", 1)
+        given[option][key] = tomllib.loads(f"value = {value}")["value"]
+    table = lgvi.Scene.load(scenes.parent / file).with_values(given["--set"]).sweep(given["--vary"])
+    names, *rows = csv.reader(lines)
+    assert list(table) == names and table.rows == len(rows) == 8
+    for name, cells in zip(names, zip(*rows, strict=True), strict=True):
+        column = table[name]
+        # The texts of numbers are those of the same bits.
+        assert column.tolist() == [column.dtype.type(cell) for cell in cells], name
+
+
+def test_columns_have_the_type_of_what_varies(spin: lgvi.Scene) -> None:
+    nominal = "bodies[0].name"
+    cases: list[tuple[str, Any, Any, str]] = [
+        ("run.steps", [10, 20], [10, 20], "i"),
+        ("run.duration", [1.0, 2], [1.0, 2.0], "f"),
+        ("run.duration", np.array([1.0, 2.0]), [1.0, 2.0], "f"),
+        ("title", ["1", "02"], ["1", "02"], "U"),
+        ("title", ["true", "nan"], ["true", "nan"], "U"),
+        (nominal, ["a", "b"], ["a", "b"], "U"),
+        ("bodies[0].position", [[1, 2, 3], [4.5, 5, 6]], ["[1, 2, 3]", "[4.5, 5, 6]"], "U"),
+        ("run.integrator", ["lgvi", {"name": "nystrom", "order": 4}], ["lgvi", '{ name = "nystrom", order = 4 }'], "U"),
+    ]
+    for key, values, expected, kind in cases:
+        column = spin.sweep({key: values})[key]
+        assert (column.tolist(), column.dtype.kind) == (expected, kind), key
+    short = lgvi.Scene.example("inclination_change").with_values({"run.steps": 20})
+    column = short.sweep({"maneuver.feedback": [True, False]})["maneuver.feedback"]
+    assert (column.tolist(), column.dtype.kind) == ([True, False], "b")
+
+
+def test_keys_are_those_of_any_mapping(spin: lgvi.Scene) -> None:
+    values = MappingProxyType({"run.steps": 20})
+    assert spin.with_values(values).steps == 20
+    assert spin.sweep(MappingProxyType({"run.steps": [20]}))["steps"].tolist() == [20]
 
 
 def test_maneuvers_are_planned(inclination: lgvi.Scene) -> None:
@@ -88,15 +136,18 @@ def test_progress_and_its_exception(spin: lgvi.Scene) -> None:
         parts.append(part)
         callers.add(threading.get_ident())
 
-    spin.sweep({"run.steps": np.full(8, 1_000_000)}, progress=progress)
-    assert parts == sorted(parts) and parts[-1] == 1.0 and 0.0 <= parts[0] < 1.0
+    spin.sweep({"run.steps": [10, 20]}, progress=progress)
+    assert parts == sorted(parts) and parts[-1] == 1.0
     assert callers == {caller}
 
+    # Flights of which one ends and the other does not.
     def refuse(part: float) -> None:
-        raise RuntimeError("enough")
+        assert part in (0.0, 0.5)
+        if part == 0.5:
+            raise RuntimeError("enough")
 
     with pytest.raises(RuntimeError, match="enough"):
-        spin.sweep({"run.steps": [2**62] * 4}, progress=refuse)
+        spin.sweep({"run.steps": [10, 2**62]}, threads=2, progress=refuse)
 
 
 def test_nothing_varies(spin: lgvi.Scene) -> None:

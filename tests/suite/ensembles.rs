@@ -172,7 +172,7 @@ fn what_cannot_be_flown_is_refused_by_name_and_value() {
         (["--range", "5..5"], ["--range", "not empty"]),
         (["--range", "a..b"], ["--range", "two whole numbers"]),
         (["--lanes", "3"], ["--lanes", "1, 8"]),
-        (["--threads", "5000"], ["5000 threads", "4096"]),
+        (["--threads", "5000"], ["5000 threads", "1024"]),
     ] {
         let refused = start(&world, &scene, &output, &arguments)
             .finish()

@@ -1,4 +1,6 @@
+use std::cell::Cell;
 use std::ops::Range;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
@@ -131,13 +133,23 @@ impl<'a> Campaign<'a> {
         self.fly_watched(indices, width, &|_| ())
     }
 
+    /// Flies like [`fly`](Self::fly), and adds the steps that have been made to `steps` every few hundred steps: in the end
+    /// [`steps`](Self::steps) for each sample, also for those that fail.
+    pub fn fly_counted(&self, indices: Range<u64>, width: Width, steps: &AtomicU64) -> Vec<Row> {
+        let samples = indices.end.saturating_sub(indices.start);
+        let left = Cell::new(samples.saturating_mul(self.steps));
+        let count = |made: u64| {
+            let made = made.min(left.get());
+            left.set(left.get() - made);
+            steps.fetch_add(made, Ordering::Relaxed);
+        };
+        let rows = self.fly_watched(indices, width, &count);
+        count(left.get());
+        rows
+    }
+
     /// Flies like [`fly`](Self::fly), and passes the number of steps since the last call to `flown` every few hundred steps.
-    pub(crate) fn fly_watched(
-        &self,
-        indices: Range<u64>,
-        width: Width,
-        flown: &dyn Fn(u64),
-    ) -> Vec<Row> {
+    fn fly_watched(&self, indices: Range<u64>, width: Width, flown: &dyn Fn(u64)) -> Vec<Row> {
         let mut rows = Vec::new();
         let (mut begun, mut members) = (Vec::new(), Vec::new());
         for index in indices {

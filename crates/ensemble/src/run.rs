@@ -1,4 +1,3 @@
-use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -9,7 +8,7 @@ use std::time::Duration;
 use lgvi_dynamics::lanes::Width;
 
 use crate::queue::{Queue, Unit};
-use crate::{Campaign, EnsembleError, Row, Store};
+use crate::{Campaign, EnsembleError, Store};
 
 /// Options of a run. They do not affect the results.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -149,7 +148,7 @@ impl<'a> Shared<'a> {
 
     fn work_on(&self, unit: Unit) -> Result<Done, EnsembleError> {
         let flown = unit.samples.end - unit.samples.start;
-        let rows = self.fly(unit.samples);
+        let rows = (self.campaign).fly_counted(unit.samples, self.width, &self.steps);
         let whole = self.queue().add(unit.part, rows);
         let written = match whole {
             Some(rows) => {
@@ -159,20 +158,6 @@ impl<'a> Shared<'a> {
             None => 0,
         };
         Ok(Done { flown, written })
-    }
-
-    fn fly(&self, samples: Range<u64>) -> Vec<Row> {
-        let all = (samples.end - samples.start).saturating_mul(self.campaign.steps());
-        let left = Cell::new(all);
-        let count = |steps: u64| {
-            let steps = steps.min(left.get());
-            left.set(left.get() - steps);
-            self.steps.fetch_add(steps, Ordering::Relaxed);
-        };
-        let rows = self.campaign.fly_watched(samples, self.width, &count);
-        // Samples that failed have not made all their steps.
-        count(left.get());
-        rows
     }
 
     fn queue(&self) -> MutexGuard<'_, Queue<'a>> {

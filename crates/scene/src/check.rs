@@ -6,7 +6,7 @@ use nalgebra::{Matrix3, Vector3};
 use crate::SceneError;
 use crate::file::AttitudeFile;
 
-/// Largest deviation from orthogonality of an attitude: allows for rounded decimals and nothing more.
+/// Largest deviation of a scene's attitude from a rotation: allows for rounded decimals and nothing more.
 const ROTATION_TOLERANCE: f64 = 1e-9;
 
 pub(crate) fn positive(key: &str, value: f64) -> Result<f64, SceneError> {
@@ -37,24 +37,25 @@ pub(crate) fn matrix(rows: [[f64; 3]; 3]) -> Matrix3<f64> {
     Matrix3::from_fn(|i, j| rows[i][j])
 }
 
-/// Returns why a matrix is no rotation: its columns are not orthonormal to 1e-9 in the Frobenius norm of `RᵀR − I`, or its
-/// determinant is −1; `None` if it is one.
-pub fn rotation_defect(r: &Matrix3<f64>) -> Option<String> {
+/// Returns why a matrix is no rotation: the Frobenius norm of `RᵀR − I` is more than `tolerance`, or the determinant is
+/// negative; `None` if it is one.
+pub fn rotation_defect(r: &Matrix3<f64>, tolerance: f64) -> Option<String> {
     let error = orthogonality_error(r);
-    if error.is_nan() || error > ROTATION_TOLERANCE {
+    if error.is_nan() || error > tolerance {
         return Some(format!(
-            "|RᵀR − I| is {error:.1e}, at most {ROTATION_TOLERANCE:e}"
+            "|RᵀR − I| is {error:.1e}, expected at most {tolerance:e}"
         ));
     }
     let reflects = r.determinant() < 0.0;
-    reflects.then(|| "this is a reflection, its determinant is −1".to_owned())
+    reflects.then(|| "this is a reflection, its determinant is −1, expected 1".to_owned())
 }
 
-/// Returns why a quaternion `w + u` is no unit quaternion: its norm is not 1 to 1e-9; `None` if it is one.
-pub fn quaternion_defect(w: f64, u: &Vector3<f64>) -> Option<String> {
+/// Returns why a quaternion `w + u` is no unit quaternion: its norm differs from 1 by more than `tolerance`; `None` if it is
+/// one.
+pub fn quaternion_defect(w: f64, u: &Vector3<f64>, tolerance: f64) -> Option<String> {
     let norm = (w * w + u.norm_squared()).sqrt();
-    let fits = (norm - 1.0).abs() <= ROTATION_TOLERANCE;
-    (!fits).then(|| format!("its norm is {norm}, 1 to within {ROTATION_TOLERANCE:e}"))
+    let fits = (norm - 1.0).abs() <= tolerance;
+    (!fits).then(|| format!("its norm is {norm}, expected 1 to within {tolerance:e}"))
 }
 
 /// Returns the rotation matrix, orthogonalized to remove the rounding of its decimals.
@@ -62,7 +63,7 @@ pub(crate) fn rotation(key: &str, attitude: &AttitudeFile) -> Result<Matrix3<f64
     match attitude {
         AttitudeFile::Matrix(rows) => {
             let r = matrix(*rows);
-            if let Some(defect) = rotation_defect(&r) {
+            if let Some(defect) = rotation_defect(&r, ROTATION_TOLERANCE) {
                 let expected = format!("a rotation matrix by rows: {defect}");
                 return Err(SceneError::value(key, rows, expected));
             }
@@ -70,7 +71,7 @@ pub(crate) fn rotation(key: &str, attitude: &AttitudeFile) -> Result<Matrix3<f64
         }
         AttitudeFile::Quaternion(q) => {
             let (w, u) = (q.w, Vector3::new(q.x, q.y, q.z));
-            if let Some(defect) = quaternion_defect(w, &u) {
+            if let Some(defect) = quaternion_defect(w, &u, ROTATION_TOLERANCE) {
                 let expected = format!("a unit quaternion: {defect}");
                 return Err(SceneError::value(key, [q.w, q.x, q.y, q.z], expected));
             }

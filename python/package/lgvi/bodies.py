@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from lgvi._lgvi import Scene
 
-# No text of a scene has more bodies.
-_MOST = 1 << 16
+# No scene has more bodies.
+_MOST = 1024
 
 
 def rigid_bodies(

@@ -22,6 +22,7 @@ Report(samples=50, flown=0, kept=3)
 from __future__ import annotations
 
 import functools
+import itertools
 import os
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -38,6 +39,9 @@ __all__ = ["Report", "run"]
 
 # How often Dask and Ray try a part again that has raised an exception, such as one of an object store.
 _RETRIES = 3
+
+# Parts that Ray has at a time for each processor of its cluster, which may grow.
+_PER_CPU = 4
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ def run(
     *,
     path: str | PathLike[str],
     engine: Any = "threads",
-    part: int = 1024,
+    part: int | None = None,
     storage_options: Mapping[str, Any] | None = None,
     progress: Callable[[float], object] | None = None,
 ) -> Report:
@@ -86,8 +90,9 @@ def run(
         Who flies: this process with a thread a core, one part after the other; or the workers of Ray, of an executor or of
         Dask, a thread a part. Ray is the cluster of ``ray.init``. Dask and Ray fly the parts of dead workers again, and those
         that raised exceptions up to three times.
-    part : int
-        Samples of a part.
+    part : int, optional
+        Samples of a part. By default as many as in those of ``lgvi ensemble run``: 1024, and fewer of long flights, so that they
+        have at most 2²⁶ steps of a body, but 32 at least.
     storage_options : mapping, optional
         What fsspec needs to open `path`.
     progress : callable, optional
@@ -100,19 +105,22 @@ def run(
         this ensemble, or a worker has another version of lgvi.
     TypeError
         The engine is none of those.
+    ImportError
+        The package of Ray is not installed.
     """
-    if part < 1:
+    if part is not None and part < 1:
         raise EnsembleError(f"`part` is {part}, expected at least 1")
     fly_all = _engine(engine)
     _, plan = _ready(scene.name, scene.text)
     # The first sample tells the identity of the ensemble.
     about = scene.ensemble(samples, seed, range=(0, 1), plan=plan, threads=1).about
+    size = about["part"] if part is None else part
     store = Store(_absolute(os.fspath(path)), dict(storage_options or {}))
-    parts = cut(about["samples"], part)
+    parts = cut(about["samples"], size)
     strangers = store.files().difference(map(file_name, parts))
     if strangers:
         raise EnsembleError(
-            f"{store.path} has {min(strangers)}, which is no part of {about['samples']} samples, {part} a part"
+            f"{store.path} has {min(strangers)}, which is no part of {about['samples']} samples, {size} a part"
         )
     task = _Task(scene.name, scene.text, about, store, threads=0 if engine == "threads" else 1)
     flown = 0
@@ -166,7 +174,11 @@ def _engine(engine: Any) -> _FlyAll:
     if engine == "threads":
         return lambda task, parts: map(task.fly, parts)
     if engine == "ray":
-        return _with_ray
+        try:
+            import ray
+        except ImportError as error:
+            raise ImportError('`engine` is "ray", which needs its package: pip install "lgvi[ray]"') from error
+        return functools.partial(_with_ray, ray)
     if isinstance(engine, futures.Executor):
         return functools.partial(_with_executor, engine)
     # There is no client of Dask unless its package has been imported.
@@ -197,15 +209,20 @@ def _with_dask(dask: Any, client: Any, task: _Task, parts: list[Part]) -> Iterat
         client.cancel(waiting)
 
 
-def _with_ray(task: _Task, parts: list[Part]) -> Iterator[bool]:
-    import ray
-
+def _with_ray(ray: Any, task: _Task, parts: list[Part]) -> Iterator[bool]:
     # Retries are those of dead workers, too.
     fly = ray.remote(max_retries=_RETRIES, retry_exceptions=True)(_fly)
     shared = ray.put(task)
-    waiting = [fly.remote(part, shared) for part in parts]
+    left = iter(parts)
+    waiting: list[Any] = []
     try:
-        while waiting:
+        while True:
+            # Each call of `wait` looks at all that it is given.
+            window = _PER_CPU * max(int(ray.cluster_resources().get("CPU", 1)), 1)
+            for part in itertools.islice(left, max(window - len(waiting), 0)):
+                waiting.append(fly.remote(part, shared))
+            if not waiting:
+                return
             done, waiting = ray.wait(waiting)
             yield from ray.get(done)
     except ray.exceptions.RayTaskError as error:

@@ -44,8 +44,8 @@ class SceneError(LgviError, ValueError):
 class RotationError(LgviError, ValueError):
     """A matrix of an array is no rotation, or a quaternion no unit quaternion; the message says which and why.
 
-    The columns of a rotation are orthonormal to 1e-9 in the Frobenius norm of RᵀR − I, and its determinant is 1. The norm of a
-    unit quaternion is 1 to 1e-9.
+    The Frobenius norm of RᵀR − I of a rotation R is at most 1e-4, and its determinant is positive. The norm of a unit quaternion
+    is 1 to 1e-4. Functions compute with the nearest rotation.
     """
 
 

@@ -1,8 +1,8 @@
 """The group SE(3) of poses, vectorised over leading dimensions.
 
 A pose T maps body coordinates ρ to R ρ + x. It is a homogeneous matrix ``[[R, x], [0, 1]]``, so that ``a @ b`` composes two
-of them too. A twist is six numbers: translation first, then rotation (rad). Poses whose R is no rotation, or whose last row is
-another, are refused by `lgvi.RotationError`.
+of them too. A twist is six numbers: translation first, then rotation (rad). Poses whose R is no rotation to the tolerance of
+`lgvi.RotationError`, or whose last row is not 0, 0, 0, 1, are refused by it. Functions compute with the nearest rotation.
 """
 
 from __future__ import annotations

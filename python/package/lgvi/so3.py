@@ -2,7 +2,7 @@
 
 Rotation matrices map body coordinates to inertial ones. Angles are in rad. Transcendental functions are those of the Rust
 crate `libm`, so that results are the same bits everywhere. Matrices that are no rotations and quaternions that are no unit
-quaternions are refused by `lgvi.RotationError`, which states the tolerance.
+quaternions to the tolerance of `lgvi.RotationError` are refused by it. Functions compute with the nearest rotation.
 """
 
 from __future__ import annotations

@@ -6,6 +6,7 @@ use std::cell::Cell;
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::atomic::AtomicU64;
 
 use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
@@ -501,7 +502,9 @@ fn samples_that_fail_are_counted_by_kind_and_leave_the_others_alone() {
     );
     let store = Store::open(&directory).unwrap();
     let summary = Summary::of(&store).unwrap();
-    let rows = campaign.fly(0..500, Width::One);
+    let steps = AtomicU64::new(7);
+    let rows = campaign.fly_counted(0..500, Width::One, &steps);
+    assert_eq!(steps.into_inner(), 7 + 500 * 150);
     for kind in [
         FailureKind::Start,
         FailureKind::Turn,

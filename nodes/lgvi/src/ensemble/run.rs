@@ -11,6 +11,7 @@ use lgvi_dynamics::lanes::Width;
 use lgvi_ensemble::{self as ensemble, Campaign, FlownBy, Guidance, Place, Settings, Store};
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
+use lgvi_review::check_threads;
 use lgvi_scene::Scene;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
@@ -68,9 +69,6 @@ impl From<Lanes> for Width {
     }
 }
 
-/// Most threads.
-const MOST_THREADS: usize = 4096;
-
 /// Message at the first signal.
 const ENDING: &str = "finishing the parts that were begun; another signal ends at once";
 
@@ -97,11 +95,7 @@ fn range(text: &str) -> Result<Range<u64>, String> {
 
 /// Flies the samples and prints the summary.
 pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
-    if options.threads > MOST_THREADS {
-        let threads = options.threads;
-        let message = format!("{threads} threads, expected at most {MOST_THREADS}");
-        return Err(NodeError::Input(message));
-    }
+    check_threads(options.threads).map_err(NodeError::input)?;
     let scene = options.input.load()?.scene;
     let place = match &options.output {
         Some(output) => Place::at(output).map_err(failed)?,

@@ -3,19 +3,23 @@
 
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic))]
 
+mod choosing;
 mod course;
 mod explain;
 mod flight_bag;
 mod guidance;
 mod scenes;
 pub mod sweep;
+mod threads;
 mod verify;
 
+pub use choosing::{choose, decided};
 pub use course::Course;
 pub use explain::Explanation;
 pub use flight_bag::FlightBag;
 pub use guidance::guidance;
 pub use scenes::SCENES;
+pub use threads::{TooManyThreads, check_threads};
 pub use verify::{Difference, Outcome, Value, Verdict, verify};
 
 use thiserror::Error;

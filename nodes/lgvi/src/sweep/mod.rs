@@ -1,9 +1,9 @@
 //! `lgvi sweep`: a scene flown with every combination of some values, as one table and one picture.
 
-mod flown;
 mod picture;
 mod table;
 mod variation;
+mod watched;
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,13 +13,14 @@ use std::process::ExitCode;
 use clap::Args;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
-use lgvi_review::sweep::{Column, Combination, Table, Variation, combinations, fly_all};
+use lgvi_review::check_threads;
+use lgvi_review::sweep::{Combination, Table, Variation, combinations, fly_all};
 use serde_json::json;
 
 use crate::output::say;
 use crate::scene_input::SceneInput;
 use crate::{bars, values};
-use flown::Flown;
+use watched::Watched;
 
 /// The command line of `lgvi sweep`.
 #[derive(Args)]
@@ -44,16 +45,9 @@ pub(crate) struct Options {
     pub(crate) json: bool,
 }
 
-/// Most threads.
-const MOST_THREADS: usize = 4096;
-
 /// Flies all combinations and writes `sweep.csv` and `sweep.svg`.
 pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
-    if options.threads > MOST_THREADS {
-        let threads = options.threads;
-        let message = format!("--threads {threads}: expected at most {MOST_THREADS}");
-        return Err(NodeError::Input(message));
-    }
+    check_threads(options.threads).map_err(NodeError::input)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
     let combinations = combinations(&options.vary)
         .map_err(|error| NodeError::Input(format!("--vary: {error}")))?;
@@ -97,13 +91,12 @@ pub(crate) fn sweep(options: &Options) -> Result<ExitCode, NodeError> {
 }
 
 /// The table of the flights, with the times that they took if it is `timed`.
-fn table_of(combinations: &[Combination], flown: &[Flown], timed: bool) -> Table {
-    let flights: Vec<_> = flown.iter().map(|flown| &flown.flight).collect();
-    let mut table = Table::new(combinations, &flights);
-    let columns = &mut table.columns;
-    if timed && let Some(place) = columns.iter().position(|(name, _)| name == "failure") {
-        let times = flown.iter().map(|flown| Some(flown.wall_time)).collect();
-        columns.insert(place + 1, ("wall_time".to_owned(), Column::Numbers(times)));
+fn table_of(combinations: &[Combination], flown: &[Watched], timed: bool) -> Table {
+    let flights = flown.iter().map(|flown| &flown.flight);
+    let mut table = Table::new(&combinations.iter().zip(flights).collect::<Vec<_>>());
+    if timed {
+        let times: Vec<_> = flown.iter().map(|flown| flown.wall_time).collect();
+        table.add_wall_times(&times);
     }
     table
 }
@@ -112,7 +105,7 @@ fn fly(
     options: &Options,
     combinations: &[Combination],
     shutdown: &Shutdown,
-) -> Result<Vec<Flown>, NodeError> {
+) -> Result<Vec<Watched>, NodeError> {
     let threads = if options.time { 1 } else { options.threads };
     let drawn = match options.time {
         true => BTreeSet::new(),
@@ -121,7 +114,7 @@ fn fly(
     let bar = bars::bar("flying", combinations.len() as u64, "flights");
     let fly = |index: usize, combination: &Combination, go_on: &dyn Fn() -> bool| {
         let scene = options.input.with(combination.settings())?;
-        Ok(Flown::of(scene, drawn.contains(&index), go_on))
+        Ok(Watched::of(scene, drawn.contains(&index), go_on))
     };
     let flown = fly_all::<_, NodeError>(combinations, threads, fly, |flown| {
         bar.set_position(flown as u64);

@@ -6,7 +6,7 @@ use lgvi_middleware::node::NodeError;
 use lgvi_review::sweep::Combination;
 use plotters::style::RGBColor;
 
-use super::flown::{Flown, Point};
+use super::watched::{Point, Watched};
 use crate::plot::panels::{self, Curve, Panel};
 
 /// Most flights that are drawn.
@@ -38,14 +38,14 @@ pub(super) fn drawn(count: usize) -> BTreeSet<usize> {
 pub(super) fn draw(
     title: &str,
     combinations: &[Combination],
-    flown: &[Flown],
+    flown: &[Watched],
 ) -> Result<String, NodeError> {
     let shown: Vec<_> = drawn(flown.len())
         .into_iter()
         .zip(COLORS)
         .filter(|(index, _)| !flown[*index].course.is_empty())
         .collect();
-    let curves = |value: &dyn Fn(&Flown, &Point) -> f64| -> Vec<Curve> {
+    let curves = |value: &dyn Fn(&Watched, &Point) -> f64| -> Vec<Curve> {
         let each = shown.iter().map(|(index, color)| {
             let flight = &flown[*index];
             let points = flight.course.iter();

@@ -11,10 +11,10 @@ pub(super) fn write(table: &Table, path: &Path) -> Result<(), NodeError> {
     let fail =
         |error: csv::Error| NodeError::Runtime(format!("cannot write {}: {error}", path.display()));
     let mut writer = csv::Writer::from_path(path).map_err(fail)?;
-    let names = table.columns.iter().map(|(name, _)| name);
+    let names = table.columns().iter().map(|(name, _)| name);
     writer.write_record(names).map_err(fail)?;
-    for row in 0..rows(table) {
-        let cells = table.columns.iter().map(|(_, column)| cell(column, row));
+    for row in 0..table.rows() {
+        let cells = table.columns().iter().map(|(_, column)| cell(column, row));
         writer.write_record(cells).map_err(fail)?;
     }
     writer.flush().map_err(|error| fail(error.into()))
@@ -22,21 +22,14 @@ pub(super) fn write(table: &Table, path: &Path) -> Result<(), NodeError> {
 
 /// The rows of a table as objects; numbers are numbers.
 pub(super) fn to_json(table: &Table) -> Value {
-    let rows = (0..rows(table)).map(|row| {
-        let cells = table.columns.iter();
+    let rows = (0..table.rows()).map(|row| {
+        let cells = table.columns().iter();
         let object: Map<_, _> = cells
             .map(|(name, column)| (name.clone(), of_cell(&cell(column, row))))
             .collect();
         Value::Object(object)
     });
     rows.collect()
-}
-
-fn rows(table: &Table) -> usize {
-    match table.columns.first() {
-        Some((_, Column::Counts(counts))) => counts.len(),
-        _ => 0,
-    }
 }
 
 fn cell(column: &Column, row: usize) -> String {

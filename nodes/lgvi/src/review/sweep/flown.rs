@@ -1,9 +1,9 @@
-use std::ops::ControlFlow;
-
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::auto::ChoiceError;
 use lgvi_propagator::{Controls, Flight};
-use lgvi_scene::{Chosen, Scene};
+use lgvi_scene::Scene;
+
+use crate::{choose, decided};
 
 /// Steps between two looks at whether the flight is to end.
 const LOOK: u64 = 1024;
@@ -73,9 +73,13 @@ impl Flown {
     }
 }
 
-/// The scene with what flies it, and its flight at its start, with its plan.
+/// The scene with what flies it, which is chosen by pilot flights where it is `auto`, and its flight at its start, with its plan.
 fn begin(scene: Scene, go_on: &dyn Fn() -> bool) -> Result<(Scene, Flight), End> {
-    let scene = decided(scene, go_on)?;
+    let choice = choose(&scene, &mut |_| go_on()).map_err(|error| match error {
+        ChoiceError::Interrupted => End::Stopped,
+        error => End::Failed(format!("scene {}: {error}", scene.name)),
+    })?;
+    let scene = decided(scene, choice.as_ref()).map_err(End::failed)?;
     let mut flight = Flight::new(&scene).map_err(End::failed)?;
     if scene.maneuver.is_some() {
         let plan = lgvi_planner::plan(&scene, &mut |_| go_on());
@@ -88,23 +92,4 @@ fn begin(scene: Scene, go_on: &dyn Fn() -> bool) -> Result<(Scene, Flight), End>
         flight.accept(controls).map_err(End::failed)?;
     }
     Ok((scene, flight))
-}
-
-/// The scene with what flies it, which is chosen by pilot flights where it is `auto`.
-fn decided(scene: Scene, go_on: &dyn Fn() -> bool) -> Result<Scene, End> {
-    let Some(tolerance) = scene.undecided() else {
-        return Ok(scene);
-    };
-    let choice = scene.choice(tolerance, &mut |_| match go_on() {
-        true => ControlFlow::Continue(()),
-        false => ControlFlow::Break(()),
-    });
-    match choice {
-        Ok(choice) => {
-            let decided = scene.decided(&Chosen::from(&choice).to_string());
-            decided.map_err(End::failed)
-        }
-        Err(ChoiceError::Interrupted) => Err(End::Stopped),
-        Err(error) => Err(End::Failed(format!("scene {}: {error}", scene.name))),
-    }
 }

@@ -64,3 +64,92 @@ pub fn fly_all<T: Send, E: Send>(
     });
     flown.collect()
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::sync_channel;
+    use std::thread::ThreadId;
+
+    use super::*;
+    use crate::sweep::{Variation, combinations};
+
+    fn of(count: usize) -> Vec<Combination> {
+        combinations(&[Variation {
+            key: "run.steps".into(),
+            values: (0..count).map(|index| index.to_string()).collect(),
+        }])
+        .unwrap()
+    }
+
+    fn number(combination: &Combination) -> usize {
+        combination.settings()[0].1.parse().unwrap()
+    }
+
+    #[test]
+    fn flights_come_in_the_order_of_the_combinations_and_are_counted_by_the_caller() {
+        for threads in [0, 1, 3, 50] {
+            let mut told: Vec<(usize, ThreadId)> = Vec::new();
+            let flown = fly_all::<_, ()>(
+                &of(20),
+                threads,
+                |index, combination, _| {
+                    assert_eq!(index, number(combination));
+                    Ok(Some(index * index))
+                },
+                |count| {
+                    told.push((count, thread::current().id()));
+                    true
+                },
+            );
+            let squares: Vec<_> = (0..20).map(|index| index * index).collect();
+            assert_eq!(flown, Ok(Some(squares)));
+            assert!(told.is_sorted_by_key(|(count, _)| *count));
+            assert_eq!(told.last(), Some(&(20, thread::current().id())));
+        }
+        let none = fly_all::<(), ()>(&[], 2, |_, _, _| Ok(None), |_| true);
+        assert_eq!(none, Ok(Some(vec![])));
+    }
+
+    #[test]
+    fn the_error_is_the_first_in_the_order_of_the_combinations_whichever_came_first() {
+        let (sender, receiver) = sync_channel(1);
+        let receiver = Mutex::new(receiver);
+        let flown = fly_all::<(), _>(
+            &of(8),
+            2,
+            |index, _, _| match index {
+                // The error of 3 comes after that of 5.
+                3 => {
+                    receiver.lock().unwrap().recv().unwrap();
+                    Err(index)
+                }
+                5 => {
+                    sender.send(()).unwrap();
+                    Err(index)
+                }
+                _ => Ok(Some(())),
+            },
+            |_| true,
+        );
+        assert_eq!(flown, Err(3));
+    }
+
+    #[test]
+    fn a_sweep_that_is_ended_ends_the_flights_on_their_way() {
+        let flown = fly_all::<_, ()>(
+            &of(1000),
+            2,
+            |index, _, go_on| {
+                if index < 4 {
+                    return Ok(Some(index));
+                }
+                while go_on() {
+                    thread::yield_now();
+                }
+                Ok(None)
+            },
+            |count| count < 4,
+        );
+        assert_eq!(flown, Ok(None));
+    }
+}

@@ -5,15 +5,15 @@ use std::time::Instant;
 use lgvi_dynamics::BodyState;
 use lgvi_lie::log;
 use lgvi_propagator::Flight;
-use lgvi_review::sweep;
+use lgvi_review::sweep::Flown;
 use lgvi_scene::Scene;
 
 /// Most points of a curve.
 const POINTS: u64 = 400;
 
-/// A flight and what it led to.
-pub(super) struct Flown {
-    pub(super) flight: sweep::Flown,
+/// A flight, and what was seen of it on its way.
+pub(super) struct Watched {
+    pub(super) flight: Flown,
     /// Names of bodies.
     pub(super) bodies: Vec<String>,
     /// Where it is to be drawn: its course.
@@ -34,14 +34,14 @@ pub(super) struct Point {
     pub(super) turned: Vec<f64>,
 }
 
-impl Flown {
+impl Watched {
     /// Plans and flies a scene; returns `None` if `go_on` is false.
     pub(super) fn of(scene: Scene, drawn: bool, go_on: &dyn Fn() -> bool) -> Option<Self> {
         let begun = Instant::now();
         let bodies = scene.bodies.iter().map(|body| body.name.clone()).collect();
         let mut course = Vec::new();
         let mut start = Vec::new();
-        let flight = sweep::Flown::of(scene, go_on, |scene, flight| {
+        let flight = Flown::of(scene, go_on, |scene, flight| {
             let step = flight.step();
             if step == 0 {
                 start = flight.states().to_vec();

@@ -57,8 +57,8 @@ impl Forecast {
                 Some((Commands::Thrusters, thrust)) => {
                     simulation.set_thruster_commands(body, &thrust);
                 }
-                Some((Commands::Wheels, torques)) => simulation.set_wheel_commands(body, &torques),
-                Some((Commands::Loads, _)) | None => (),
+                // A plan for wheels begins with the flight, of which nothing is forecast then.
+                Some((Commands::Loads | Commands::Wheels, _)) | None => (),
             }
             simulation.advance(&loads).map_err(|error| fail(&error))?;
         }

@@ -50,7 +50,8 @@ pub(crate) trait Coordinates<const N: usize> {
         weights: &[Vector3<f64>; N],
     ) -> Blocks;
 
-    /// Sets what a path leaves open in states along it, whose first is the initial one.
+    /// Sets the momentum that the body stores, which a path of poses does not give, in states along it. The first is the
+    /// initial one.
     fn complete(&self, _states: &mut [BodyState]) {}
 }
 

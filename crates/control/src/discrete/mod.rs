@@ -71,6 +71,7 @@ pub(crate) trait DiscreteDynamics<const X: usize, const U: usize> {
     /// The state that `z` leads to from `state`.
     fn moved(&self, state: &BodyState, z: &SVector<f64, X>) -> BodyState;
 
-    /// Sets what a path leaves open in states along it, whose first is the initial one.
+    /// Sets the momentum that the body stores, which a path of poses does not give, in states along it. The first is the
+    /// initial one.
     fn complete(&self, states: &mut [BodyState]);
 }

@@ -4,8 +4,8 @@ use nalgebra::Matrix3;
 
 use crate::problem::FEW;
 
-/// The least number of commands with which the first of two groups may have a stored momentum. With fewer, no instruction
-/// asks whether it has.
+/// The least number of commands with which the first of two groups may have a stored momentum. With fewer this
+/// is not checked at run time.
 pub(crate) const SPINNING: usize = FEW + 1;
 
 /// First derivatives of the rotation of a drift by the momentum of the first group, if that is stored in the body.

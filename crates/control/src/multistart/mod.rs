@@ -164,7 +164,7 @@ fn search_in_own_units(
     }
 }
 
-fn rank(minima: &mut [Minimum]) {
+pub(crate) fn rank(minima: &mut [Minimum]) {
     minima.sort_by(|a, b| a.plan.cost.total_cmp(&b.plan.cost));
 }
 
@@ -176,7 +176,7 @@ fn keep(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
 }
 
 /// Adds a plan to which `starts` starts led, or adds them to those of a known plan.
-fn count(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
+pub(crate) fn count(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
     match found.iter_mut().find(|known| same(&known.plan, &plan)) {
         Some(known) => known.starts += starts,
         None => found.push(Minimum {

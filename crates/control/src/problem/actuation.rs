@@ -174,7 +174,8 @@ impl Actuation {
         Self::actuators(&columns).map(Self::fixed_to_body)
     }
 
-    /// The actuation by a body's reaction wheels, whose commands are the torques on them, with a weight for each.
+    /// The actuation by a body's reaction wheels, whose commands are the torques on them, with a weight for each. Limits of
+    /// the torques are constraints, as [`CommandLimit`](crate::CommandLimit).
     pub fn wheels(wheels: &Wheels, weights: &[f64]) -> Result<Self, ActuationError> {
         let wheels = wheels.wheels();
         if weights.len() != wheels.len() {
@@ -191,6 +192,19 @@ impl Actuation {
             of_wheels: true,
             ..Self::actuators(&columns)?
         })
+    }
+
+    /// The first wheel about whose axis its torque does not act.
+    pub(crate) fn aside(&self, wheels: &Wheels) -> Option<usize> {
+        let acts = |index: usize, axis: &Vector3<f64>| {
+            let moment = self.matrix.fixed_view::<3, 1>(3, index);
+            moment
+                .iter()
+                .zip(axis)
+                .all(|(moment, axis)| *moment == -axis)
+        };
+        let mut each = wheels.wheels().iter().enumerate();
+        each.find_map(|(index, wheel)| (!acts(index, &wheel.axis)).then_some(index))
     }
 
     /// The same commands as exchanges of momentum: in the place of forces are the torques on what the body stores, against

@@ -66,6 +66,25 @@ pub enum TransferError {
         /// Number of commands that are torques of wheels.
         commands: usize,
     },
+    /// The actuation's torque on a wheel is not about the axis of the body's wheel.
+    #[error(
+        "torque {wheel} of the actuation does not act about the axis of the body's wheel {wheel}"
+    )]
+    WheelAxis {
+        /// Index of the wheel.
+        wheel: usize,
+    },
+    /// A bearing has friction.
+    #[error("the body's wheels have friction, expected none: plans do not know it")]
+    WheelFriction,
+    /// There are not as many finite momenta as wheels.
+    #[error("the momenta of {wheels} wheels are {momenta:?}, expected one finite number for each")]
+    WheelMomenta {
+        /// Number of wheels of the body.
+        wheels: usize,
+        /// The momenta.
+        momenta: Vec<f64>,
+    },
     /// The body is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -136,6 +155,14 @@ impl Transfer {
         };
         if wheels != commands {
             return Err(TransferError::Wheels { wheels, commands });
+        }
+        if let Some(wheels) = body.wheels() {
+            if let Some(wheel) = actuation.aside(wheels) {
+                return Err(TransferError::WheelAxis { wheel });
+            }
+            if wheels.have_friction() {
+                return Err(TransferError::WheelFriction);
+            }
         }
         if !initial.is_finite() {
             return Err(TransferError::Initial(Box::new(initial)));

@@ -116,7 +116,9 @@ impl Flight {
                     wheel,
                     step,
                     speed,
-                    limit: wheels.wheels()[wheel].max_speed,
+                    limit: wheels.wheels()[wheel]
+                        .max_speed
+                        .max(wheels.speed(wheel, &rate).abs()),
                 });
             }
         }

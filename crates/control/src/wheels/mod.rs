@@ -12,17 +12,19 @@ use std::sync::Arc;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SVector, Vector3};
 
-use crate::multistart::search_stated;
+use crate::multistart::{count, rank, search_stated};
 use crate::problem::block;
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
 use crate::units::Units;
 use crate::{
-    Command, Dynamics, Minimum, Motion, Place, Plan, SearchSettings, Sweep, Transfer, miss,
+    Certificate, Command, Dynamics, Minimum, Motion, Place, Plan, SearchSettings, Sweep, Transfer,
+    TransferError, miss,
 };
 use flight::{Flight, fly};
 
-/// Maximum number of orbits that are tried.
-const ORBITS: u32 = 40;
+/// The distance of the ends of a plan and of its flight, in parts of that along the orbit before, with which the orbits
+/// still settle.
+const SETTLING: f64 = 0.9;
 
 /// [`crate::solve`] for a transfer by wheels.
 pub(crate) fn solve(
@@ -31,15 +33,16 @@ pub(crate) fn solve(
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
+    stateable(transfer)?;
     let mut made = [0; 2];
     let mut plan = match start {
         Start::Cold => None,
         Start::Warm(plan) => Some(entered(transfer, plan)),
     };
     let mut orbit = fly(transfer, &vec![Command::zeros(); transfer.intervals])?.positions();
-    let mut apart = f64::INFINITY;
-    for _ in 0..ORBITS {
-        let stated = stated(transfer, orbit)?;
+    let mut last = f64::INFINITY;
+    loop {
+        let stated = stated(transfer, orbit);
         let before = made;
         let mut watch = |now: &Progress| {
             made = [before[0] + now.iteration, before[1] + now.trials];
@@ -53,72 +56,94 @@ pub(crate) fn solve(
         let found = solve_stated(&stated, start, settings, &mut watch)
             .map_err(|error| left_error(transfer, error))?;
         let flight = fly(transfer, &found.commands)?;
-        apart = distance(&stated, &found, &flight);
-        if apart <= settings.violation {
+        let apart = distance(&stated, &found, &flight);
+        let tolerance = tolerated(transfer, &found, settings);
+        if apart <= tolerance {
             flight.check_speeds(transfer, &found.commands)?;
-            return Ok(left(transfer, found, flight));
+            return Ok(left(transfer, found, flight, apart));
         }
+        if apart > SETTLING * last {
+            let stationarity = found.certificate.stationarity;
+            return Err(PlanError::NotConverged {
+                best: Some(Box::new(left(transfer, found, flight, apart))),
+                iterations: made[0],
+                violation: apart,
+                stationarity,
+                tolerance,
+            });
+        }
+        last = apart;
         orbit = flight.positions();
         plan = Some(found);
     }
-    Err(PlanError::NotConverged {
-        best: None,
-        iterations: made[0],
-        violation: apart,
-        stationarity: plan.map_or(f64::INFINITY, |plan| plan.certificate.stationarity),
-        tolerance: settings.violation,
-    })
 }
 
-/// [`crate::search`] for a transfer by wheels, along the orbit of a body whose wheels coast.
+/// How far the end of a plan's flight may be from that of the plan: by the tolerance, by what the plan itself misses, or by
+/// the rounding of the sums of `s`, which turns the body at the rate `J⁻¹ δs` until the end.
+fn tolerated(transfer: &Transfer, plan: &Plan, settings: &NewtonSettings) -> f64 {
+    let stored = flight::stored(transfer, &plan.commands);
+    let largest = stored.iter().map(Vector3::norm).fold(0.0, f64::max);
+    let steps = transfer.intervals as f64;
+    let turn = largest * transfer.body.inertia().inverse().norm() * transfer.h * steps;
+    settings
+        .violation
+        .max(2.0 * plan.certificate.terminal)
+        .max(f64::EPSILON * steps.sqrt() * turn)
+}
+
+/// [`crate::search`] for a transfer by wheels, along the orbit of a body whose wheels coast. Minima in which a wheel is too
+/// fast, and those that the orbit of their own flight does not keep, are left out.
 pub(crate) fn search(
     transfer: &Transfer,
     settings: &SearchSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Vec<Minimum>, PlanError> {
+    stateable(transfer)?;
     let coasting = vec![Command::zeros(); transfer.intervals];
-    let stated = stated(transfer, fly(transfer, &coasting)?.positions())?;
+    let stated = stated(transfer, fly(transfer, &coasting)?.positions());
     let minima = search_stated(&stated, settings, &mut *observe)
         .map_err(|error| left_error(transfer, error))?;
     let mut found = Vec::new();
     let mut failure = None;
-    for Minimum {
-        plan,
-        winding,
-        starts,
-    } in minima
-    {
-        let flight = fly(transfer, &plan.commands)?;
-        let plan = match distance(&stated, &plan, &flight) {
-            apart if apart <= settings.newton.violation => flight
-                .check_speeds(transfer, &plan.commands)
-                .map(|()| left(transfer, plan, flight)),
-            _ => {
-                let guess = left(transfer, plan, flight);
-                solve(transfer, Start::Warm(&guess), &settings.newton, observe)
+    for Minimum { plan, starts, .. } in minima {
+        let plan = fly(transfer, &plan.commands).and_then(|flight| {
+            let apart = distance(&stated, &plan, &flight);
+            if apart <= tolerated(transfer, &plan, &settings.newton) {
+                flight.check_speeds(transfer, &plan.commands)?;
+                return Ok(left(transfer, plan, flight, apart));
             }
-        };
+            let guess = left(transfer, plan, flight, apart);
+            solve(transfer, Start::Warm(&guess), &settings.newton, observe)
+        });
         match plan {
-            Ok(plan) => found.push(Minimum {
-                plan,
-                winding,
-                starts,
-            }),
-            Err(error) => failure = failure.or(Some(error)),
+            Ok(plan) => count(&mut found, plan, starts),
+            Err(error) => {
+                let stopped = matches!(error, PlanError::Stopped { .. });
+                failure = failure.or(Some(error));
+                if stopped {
+                    break;
+                }
+            }
         }
     }
+    rank(&mut found);
     match failure {
         Some(error) if found.is_empty() => Err(error),
         _ => Ok(found),
     }
 }
 
-/// The transfer as that of a gyrostat along an orbit.
-fn stated(transfer: &Transfer, orbit: Arc<[Vector3<f64>]>) -> Result<Transfer, PlanError> {
+/// Checks that the transfer can be stated as that of a gyrostat.
+fn stateable(transfer: &Transfer) -> Result<(), PlanError> {
     let (dynamics, motion) = (transfer.dynamics, transfer.motion);
     if dynamics != Dynamics::Lgvi || motion != Motion::Rotation {
         return Err(PlanError::WheelsDo { dynamics, motion });
     }
+    Ok(())
+}
+
+/// The transfer as that of a gyrostat along an orbit.
+fn stated(transfer: &Transfer, orbit: Arc<[Vector3<f64>]>) -> Transfer {
     let wheels = transfer.body.wheels();
     let stored = wheels.map_or_else(Vector3::zeros, |wheels| wheels.momentum());
     let mut stated = Transfer {
@@ -132,7 +157,7 @@ fn stated(transfer: &Transfer, orbit: Arc<[Vector3<f64>]>) -> Result<Transfer, P
         ..transfer.clone()
     };
     stated.terminal.translation.release();
-    Ok(stated)
+    stated
 }
 
 /// The difference of the attitude and the angular momentum at the end of a plan and of its flight, relative to their sizes.
@@ -155,13 +180,18 @@ fn entered(transfer: &Transfer, plan: &Plan) -> Plan {
     entered
 }
 
-/// A plan of [`stated`] as one of the transfer, with the states of its flight.
-fn left(transfer: &Transfer, plan: Plan, flight: Flight) -> Plan {
+/// A plan of [`stated`] as one of the transfer, with the states of its flight, whose end is so far from that of the plan.
+fn left(transfer: &Transfer, plan: Plan, flight: Flight, apart: f64) -> Plan {
+    let certificate = Certificate {
+        terminal: plan.certificate.terminal.max(apart),
+        ..plan.certificate
+    };
     let loads = plan.commands.iter();
     let controls: Vec<Load> = loads.map(|w| transfer.actuation.load(w)).collect();
     Plan {
         states: flight.states,
         controls,
+        certificate,
         feedback: Vec::new(),
         sweep: Sweep::default(),
         ..plan
@@ -172,7 +202,7 @@ fn left_error(transfer: &Transfer, error: PlanError) -> PlanError {
     let leave = |plan: Option<Box<Plan>>| {
         let plan = *plan?;
         let flight = fly(transfer, &plan.commands).ok()?;
-        Some(Box::new(left(transfer, plan, flight)))
+        Some(Box::new(left(transfer, plan, flight, 0.0)))
     };
     match error {
         PlanError::NotConverged {
@@ -194,9 +224,16 @@ fn left_error(transfer: &Transfer, error: PlanError) -> PlanError {
 }
 
 impl Transfer {
-    /// The transfer by wheels with other axial momenta `h` of the wheels at its start, one for each wheel. Without wheels it
-    /// stays the same.
-    pub fn with_wheel_momenta(mut self, momenta: &[f64]) -> Self {
+    /// The transfer by wheels with other axial momenta `h` of the wheels at its start, one for each wheel.
+    ///
+    /// # Errors
+    /// Returns an error if there are more or fewer momenta than wheels, or if one is not finite.
+    pub fn with_wheel_momenta(mut self, momenta: &[f64]) -> Result<Self, TransferError> {
+        let wheels = self.body.wheels().map_or(0, |wheels| wheels.wheels().len());
+        if momenta.len() != wheels || !momenta.iter().all(|momentum| momentum.is_finite()) {
+            let momenta = momenta.to_vec();
+            return Err(TransferError::WheelMomenta { wheels, momenta });
+        }
         if let Some(wheels) = self.body.wheels_mut() {
             let mut states = wheels.states().to_vec();
             for (state, momentum) in states.iter_mut().zip(momenta) {
@@ -204,7 +241,7 @@ impl Transfer {
             }
             wheels.set_states(&states);
         }
-        self
+        Ok(self)
     }
 }
 

@@ -266,13 +266,54 @@ fn the_rest_of_a_plan_begins_with_the_momenta_of_then() {
     let rest = whole
         .remaining(20, plan.states[20])
         .expect("enough steps")
-        .with_wheel_momenta(&momenta[20].as_slice()[..3]);
+        .with_wheel_momenta(&momenta[20].as_slice()[..3])
+        .expect("three momenta");
     let guess = plan.remaining(&whole, 20).expect("enough steps");
     let settings = NewtonSettings::default();
     for start in [Start::Warm(&guess), Start::Cold] {
         let found = solve(&rest, start, &settings, |_| true).expect("a plan");
         for (one, other) in found.commands.iter().zip(&plan.commands[20..]) {
             assert!((one - other).amax() < 1e-7, "{one} for {other}");
+        }
+    }
+}
+
+/// A tolerance below what rounding leaves is met as well as rounding allows.
+#[test]
+fn plans_to_rounding_are_accepted() {
+    let body = with_momenta(body(INERTIA, Vec::new(), &orthogonal()), &[9.0, 5.0, -7.0]);
+    let target = still(exp(&Vector3::new(1.0, 0.5, -0.7)));
+    let transfer = transfer(body, 2000, still(Matrix3::identity()), target);
+    let settings = NewtonSettings {
+        violation: 1e-16,
+        ..NewtonSettings::default()
+    };
+    let plan = solve(&transfer, Start::Cold, &settings, |_| true).expect("a plan");
+    let miss = plan.certificate.terminal;
+    println!("{miss:e}");
+    assert!(miss < 1e-12, "{miss:e}");
+}
+
+/// A search that is stopped returns what it has or says that it was stopped.
+#[test]
+fn a_search_ends_when_it_is_told_to() {
+    let body = with_momenta(body(INERTIA, Vec::new(), &orthogonal()), &[1.0, 0.3, -0.4]);
+    let target = still(exp(&Vector3::new(2.0, 0.5, -1.7)));
+    let transfer = transfer(body, 60, still(Matrix3::identity()), target);
+    let settings = SearchSettings {
+        starts: 12,
+        ..SearchSettings::default()
+    };
+    for allowed in [1, 25] {
+        let mut seen = 0;
+        let found = search(&transfer, &settings, |_| {
+            seen += 1;
+            seen < allowed
+        });
+        assert!(seen <= allowed, "{seen} calls, {allowed} allowed");
+        match found {
+            Ok(minima) => assert!(!minima.is_empty()),
+            Err(error) => assert!(matches!(error, PlanError::Stopped { .. }), "{error}"),
         }
     }
 }
@@ -332,6 +373,24 @@ fn what_wheels_cannot_do_is_refused() {
         commands,
     };
     assert_eq!(refused.err(), Some(expected));
+    let [x, y, z] = orthogonal();
+    let others = body(INERTIA, Vec::new(), &[x, z, y]);
+    let others = Actuation::wheels(others.wheels().expect("wheels"), &[1.0; 3]);
+    let others = others.expect("an actuation");
+    let refused = Transfer::new(plain.clone(), field, 0.1, 9, at, at, others);
+    assert_eq!(refused.err(), Some(TransferError::WheelAxis { wheel: 1 }));
+    for momenta in [&[1.0, 2.0][..], &[1.0, f64::NAN, 0.0]] {
+        let refused = transfer_of(plain.clone()).with_wheel_momenta(momenta);
+        let found = matches!(refused, Err(TransferError::WheelMomenta { wheels: 3, .. }));
+        assert!(found, "{momenta:?}");
+    }
+    let mut worn = orthogonal();
+    worn[2].viscous_friction = 1e-3;
+    let worn = body(INERTIA, Vec::new(), &worn);
+    let actuation = Actuation::wheels(worn.wheels().expect("wheels"), &[1.0; 3]);
+    let actuation = actuation.expect("an actuation");
+    let refused = Transfer::new(worn, field, 0.1, 9, at, at, actuation);
+    assert_eq!(refused.err(), Some(TransferError::WheelFriction));
     let refused = Actuation::wheels(plain.wheels().expect("wheels"), &[1.0]);
     let error = refused.expect_err("weights are missing").to_string();
     assert_eq!(error, "1 weights for 3 wheels, expected one for each");

@@ -22,8 +22,7 @@ use self::violated::Violated;
 use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
-const LATER: &str =
-    "a plan for wheels begins at step 0, expected no other: their momenta on the way are not known";
+const LATER: &str = "a plan for wheels can begin only at step 0: their momenta later are not known";
 
 /// What is said of a plan whose certificate is not sufficient.
 pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \

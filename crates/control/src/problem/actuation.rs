@@ -175,7 +175,7 @@ impl Actuation {
     }
 
     /// The actuation by a body's reaction wheels, whose commands are the torques on them, with a weight for each. Limits of
-    /// the torques are constraints, as [`CommandLimit`](crate::CommandLimit).
+    /// the torques are constraints, as [`CommandLimit`](crate::constraint::CommandLimit).
     pub fn wheels(wheels: &Wheels, weights: &[f64]) -> Result<Self, ActuationError> {
         let wheels = wheels.wheels();
         if weights.len() != wheels.len() {

@@ -41,6 +41,30 @@ impl EffortController {
         message.expect("odometry").message
     }
 
+    /// Answers the states of the first `count` periods (s) with the efforts that `law` finds for the number of each. A state
+    /// may come more than once: it is repeated until the first answer to it is heard.
+    pub fn control<'a, const N: usize>(
+        &self,
+        count: u64,
+        period: f64,
+        mut law: impl FnMut(u64) -> [(&'a str, f64); N],
+    ) {
+        let time = |state: &Odometry| {
+            let stamp = &state.header.stamp;
+            f64::from(stamp.sec) + 1e-9 * f64::from(stamp.nanosec)
+        };
+        let mut state = self.state();
+        let first = time(&state);
+        loop {
+            let number = ((time(&state) - first) / period).round() as u64;
+            self.answer(&state, &law(number));
+            if number + 1 >= count {
+                break;
+            }
+            state = self.state();
+        }
+    }
+
     /// Publishes efforts that answer a state.
     pub fn answer(&self, state: &Odometry, named: &[(&str, f64)]) {
         self.efforts.publish(&efforts(state, named)).expect("sent");

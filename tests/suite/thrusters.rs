@@ -47,11 +47,10 @@ fn scene(world: &World) -> PathBuf {
 fn fly_in_lockstep(world: &World, bag: &str, thinks: Duration) -> PathBuf {
     let arguments = ["--await-thrust", "body", "--control-period", "0.1"];
     let flight = EffortController::start(world, "thrust", &scene(world), bag, &arguments);
-    for number in 0..STEPS / 10 {
-        let state = flight.state();
+    flight.control(STEPS / 10, 0.1, |number| {
         sleep(thinks);
-        flight.answer(&state, &[("main", 0.01 * number as f64)]);
-    }
+        [("main", 0.01 * number as f64)]
+    });
     flight.flight.finish().expect(0);
     world.path(bag)
 }

@@ -33,12 +33,11 @@ fn scene(world: &World) -> PathBuf {
 fn fly_in_lockstep(world: &World, bag: &str, thinks: Duration) -> PathBuf {
     let arguments = ["--await-wheels", "body", "--control-period", "0.1"];
     let flight = EffortController::start(world, "wheel_torque", &scene(world), bag, &arguments);
-    for number in 0..STEPS / 10 {
-        let state = flight.state();
+    flight.control(STEPS / 10, 0.1, |number| {
         sleep(thinks);
         let first = if number < 10 { 0.2 } else { -2.0 };
-        flight.answer(&state, &[("slow", 0.3), ("fast", first)]);
-    }
+        [("slow", 0.3), ("fast", first)]
+    });
     flight.flight.finish().expect(0);
     world.path(bag)
 }

@@ -282,7 +282,7 @@ mod tests {
         let state = whole.solution().states[20];
         let later = crate::plan_rest(&scene, (20, state), Some(&whole), &mut |_| true);
         let error = later.unwrap_err().to_string();
-        assert!(error.contains("begins at step 0"), "{error}");
+        assert!(error.contains("begin only at step 0"), "{error}");
         let slow = text.replace("max_speed = 600.0", "max_speed = 240.0");
         let slow = Scene::parse("test", &slow).unwrap();
         let error = crate::plan(&slow, &mut |_| true).unwrap_err();

@@ -54,7 +54,11 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             }
         }
         into.after = self.kick_gradient(self.after, &drifted.state, controls);
-        into.frames = self.frames(&drifted.begun, &drifted.state);
+        if self.turns {
+            into.frames = self.frames(&drifted.begun, &drifted.state);
+        } else {
+            into.frames = None;
+        }
     }
 
     /// Second derivatives of the product of `λ` and a step with the derivatives `first`.
@@ -70,7 +74,11 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         let [after, before] = first.about_drift::<X, U>(lambda);
         let weights = impulses(self.after, lambda);
         into.after = Some(self.kick_curvature(&drifted.state, controls, &weights));
-        into.after_commands = self.command_curvature(&drifted.state, &weights);
+        if self.turns {
+            into.after_commands = self.command_curvature(&drifted.state, &weights);
+        } else {
+            into.after_commands = None;
+        }
         into.turn = drifted
             .turn
             .as_ref()
@@ -86,14 +94,20 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             let drifts = drifted.turn.as_ref().zip(first.turn.as_ref());
             let all = drifts.zip(into.turn.as_ref());
             into.stored = all.and_then(|((drift, turn), own)| {
-                drift.stored_curvature(turn, own, &third, &fourth)
+                drift
+                    .stored_curvature(turn, own, &third, &fourth)
+                    .map(Box::new)
             });
         }
         let weights = self.before.map(|tau| impulses(tau, &before));
         into.before =
             weights.map(|weights| self.kick_curvature(&drifted.begun, controls, &weights));
-        into.before_commands =
-            weights.and_then(|weights| self.command_curvature(&drifted.begun, &weights));
+        if self.turns {
+            into.before_commands =
+                weights.and_then(|weights| self.command_curvature(&drifted.begun, &weights));
+        } else {
+            into.before_commands = None;
+        }
     }
 }
 

@@ -76,7 +76,7 @@ impl RotationDrift {
 }
 
 impl Drift for RotationDrift {
-    #[inline]
+    #[inline(always)]
     fn gradient(&self, body: &RigidBody) -> Turn {
         let relative = self.turn.matrix();
         let f_t = relative.transpose();

@@ -30,7 +30,7 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     /// Duration of the kick after the drift.
     pub(super) after: f64,
     /// True if the first group of controls, the force, turns with the body.
-    turns: bool,
+    pub(super) turns: bool,
 }
 
 impl<'t, const U: usize> KickDriftKick<'t, Full, 2, U> {

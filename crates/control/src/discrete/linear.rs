@@ -297,7 +297,7 @@ pub(crate) struct Curvature {
     /// Of the rotation.
     pub(crate) turn: Option<TurnCurvature>,
     /// Of the rotation, by the momentum of the first group, if that is stored in the body.
-    pub(crate) stored: Option<StoredCurvature>,
+    pub(crate) stored: Option<Box<StoredCurvature>>,
     /// Of the kick after the drift, by poses.
     pub(crate) after: Option<Blocks>,
     /// Of the kick before the drift, by the attitude and the commands, if forces turn with the body.

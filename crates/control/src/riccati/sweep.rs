@@ -91,7 +91,7 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
         if step.stored::<X, U>().is_some() {
-            sweep.add_stored(curvature.stored.as_ref());
+            sweep.add_stored(curvature.stored.as_deref());
         }
         if let (Some(by_pose), Some(kick)) = (&step.before, &inputs.before) {
             sweep.take_more_commands(kick);

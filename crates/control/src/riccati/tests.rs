@@ -90,10 +90,12 @@ fn step<const X: usize, const U: usize>(
             pose_momentum: random(rng, 0.1),
             momentum_momentum: symmetric(random(rng, 0.1)),
         }),
-        stored: stores.then(|| StoredCurvature {
-            pose: random(rng, 0.1),
-            momentum: random(rng, 0.1),
-            stored: symmetric(random(rng, 0.1)),
+        stored: stores.then(|| {
+            Box::new(StoredCurvature {
+                pose: random(rng, 0.1),
+                momentum: random(rng, 0.1),
+                stored: symmetric(random(rng, 0.1)),
+            })
         }),
         after: Some(blocks(rng, 0.1, true)),
         before_commands: cross(rng).filter(|_| two_kicks),

@@ -55,7 +55,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         }
         into.after = self.kick_gradient(self.after, &drifted.state, controls);
         if self.turns {
-            into.frames = self.frames(&drifted.begun, &drifted.state);
+            into.frames = Some([drifted.begun.attitude, drifted.state.attitude]);
         } else {
             into.frames = None;
         }
@@ -75,7 +75,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         let weights = impulses(self.after, lambda);
         into.after = Some(self.kick_curvature(&drifted.state, controls, &weights));
         if self.turns {
-            into.after_commands = self.command_curvature(&drifted.state, &weights);
+            into.after_commands = Some(self.command_curvature(&drifted.state, &weights));
         } else {
             into.after_commands = None;
         }
@@ -104,7 +104,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             weights.map(|weights| self.kick_curvature(&drifted.begun, controls, &weights));
         if self.turns {
             into.before_commands =
-                weights.and_then(|weights| self.command_curvature(&drifted.begun, &weights));
+                weights.map(|weights| self.command_curvature(&drifted.begun, &weights));
         } else {
             into.before_commands = None;
         }

@@ -165,21 +165,9 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         &self,
         state: &BodyState,
         weights: &[Vector3<f64>; N],
-    ) -> Option<CommandRows> {
-        self.turns.then(|| {
-            let weight = state.attitude.tr_mul(&weights[0]);
-            command_rows(&(-hat(&weight) * self.commands[0]))
-        })
-    }
-
-    /// The attitudes in which forces act at both kicks, if they turn with the body.
-    #[inline]
-    pub(super) fn frames(
-        &self,
-        begun: &BodyState,
-        drifted: &BodyState,
-    ) -> Option<[Matrix3<f64>; 2]> {
-        self.turns.then_some([begun.attitude, drifted.attitude])
+    ) -> CommandRows {
+        let weight = state.attitude.tr_mul(&weights[0]);
+        command_rows(&(-hat(&weight) * self.commands[0]))
     }
 }
 

@@ -56,7 +56,7 @@ pub use lgvi_lie::nalgebra;
 
 pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
 pub use multistart::{Minimum, SearchSettings, Winding, search};
-pub use plan::{Certificate, Plan};
+pub use plan::{Certificate, Plan, Switching};
 pub use problem::{
     Actuation, ActuationError, Command, Comparable, Constraint, Dynamics, MAX_COMMANDS, Motion,
     ParameterError, Place, Terminal, Transfer, TransferError, miss,

@@ -42,6 +42,24 @@ impl fmt::Debug for Plan {
     }
 }
 
+/// The switching structure of a plan at minimum fuel, of all commands with a price together (of force components, their norm).
+///
+/// By Pontryagin's principle a command is off where its switching function `|Bᵀ λ|/(h p) − 1` is negative, and at a limit where
+/// it is positive. In discrete time a command switches within a step, where it is between.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Switching {
+    /// Number of times that a command goes on or off.
+    pub switches: usize,
+    /// Number of steps, of all commands, at a limit.
+    pub at_limit: usize,
+    /// Number of steps, of all commands, between 0 and a limit.
+    pub between: usize,
+    /// Largest number of steps in a row that a command is between: 1 or 2 at a switch, more along a singular arc.
+    pub longest: usize,
+    /// Largest value of a switching function of the wrong sign, and its largest magnitude where the command is between.
+    pub contradiction: f64,
+}
+
 /// Errors of a plan that can be checked independently of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Certificate {
@@ -63,4 +81,6 @@ pub struct Certificate {
     /// True if the Hessian of the Lagrangian is positive definite on the tangent space of the constraints. The plan is
     /// then a strict local minimum.
     pub sufficient: bool,
+    /// How the commands switch; `None` unless the cost is that of fuel.
+    pub switching: Option<Switching>,
 }

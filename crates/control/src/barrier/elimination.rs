@@ -1,6 +1,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
+use super::fuel::Fuel;
 use super::row::Row;
 use super::set::{Barrier, StateRow};
 use crate::newton::{Inequalities, Satisfied};
@@ -61,6 +62,15 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 row.multiplier * inequality.hessian() + (row.weight * *slope) * slope.transpose();
             *gradient += row.primal * *slope;
         }
+        if let Some(fuel) = &mut self.fuel {
+            fuel.add(
+                self.schedule.penalty.beta,
+                interval,
+                command,
+                hessian,
+                gradient,
+            );
+        }
     }
 
     fn state_force(&self, interval: usize, state: &BodyState) -> SVector<f64, X> {
@@ -87,6 +97,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
             let y = row.multiplier_at(&self.schedule.penalty, inequality.value(command));
             force += y * inequality.gradient(command);
         }
+        if let Some(fuel) = &self.fuel {
+            force += fuel.force(self.schedule.penalty.beta, command);
+        }
         force
     }
 
@@ -112,6 +125,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 take(row, gradient.dot(&z.fixed_rows::<3>(placed.offset)));
             }
         }
+        if let Some(fuel) = &mut self.fuel {
+            self.slope += fuel.direct(self.schedule.penalty.beta, interval, v);
+        }
     }
 
     fn reach(&self) -> f64 {
@@ -123,6 +139,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let mut sum = 0.0;
         for inequality in &self.commands {
             sum += penalty.value(inequality.value(command));
+        }
+        if let Some(fuel) = &self.fuel {
+            sum += fuel.value(penalty.beta, command);
         }
         let rows = &self.state_rows[interval * self.states.len()..];
         for (placed, StateRow { scale, .. }) in self.states.iter().zip(rows) {
@@ -144,6 +163,13 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         for StateRow { row, .. } in &mut self.state_rows {
             row.multiplier += step * row.change;
         }
+        if let Some(fuel) = &mut self.fuel {
+            fuel.advance(step);
+        }
+    }
+
+    fn cost(&self) -> f64 {
+        self.fuel.as_ref().map_or(0.0, Fuel::cost)
     }
 
     fn residuals(&self) -> (f64, f64) {

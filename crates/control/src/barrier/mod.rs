@@ -6,6 +6,7 @@
 //! point method whose slacks are optimal for the iterate.
 
 mod elimination;
+mod fuel;
 mod known;
 mod penalty;
 mod row;

@@ -3,11 +3,12 @@ use std::ops::Range;
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector, Vector3};
 
+use super::fuel::Fuel;
 use super::known::Force;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
 use crate::MAX_COMMANDS;
-use crate::problem::{CommandInequality, InequalitySet, Place, StateInequality};
+use crate::problem::{Actuation, CommandInequality, InequalitySet, Place, StateInequality};
 use crate::units::ROUNDING;
 
 /// Inequalities of `X` coordinates and `U` commands over all intervals, with their multipliers.
@@ -19,6 +20,8 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) command_rows: Vec<(Row, SVector<f64, U>)>,
     /// A row for each interval and state inequality.
     pub(super) state_rows: Vec<StateRow>,
+    /// The cost of fuel, if commands have prices.
+    pub(super) fuel: Option<Fuel<U>>,
     /// The longest step of the multipliers along the direction.
     pub(super) reach: f64,
     /// The slope of the penalties along the direction.
@@ -101,6 +104,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     /// planned ones, `offsets` are the indices of δx and ζ in z if they are planned, and `cost` is the size of the cost.
     pub(crate) fn new(
         set: &InequalitySet,
+        actuation: &Actuation,
         selection: &SMatrix<f64, MAX_COMMANDS, U>,
         offsets: [Option<usize>; 2],
         given: Given,
@@ -127,6 +131,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let planned = |placed: &Placed| (0..intervals).filter(|&at| placed.plans(at)).count();
         let planned: usize = states.iter().map(planned).sum();
         let rows = planned + intervals * commands.len();
+        let schedule = Schedule::new(cost, rows, tolerances);
+        let fuel = (!actuation.prices().is_empty())
+            .then(|| Fuel::new(actuation, set, selection, (h, intervals), &schedule));
         let row = StateRow {
             row: Row::default(),
             gradient: Vector3::zeros(),
@@ -135,9 +142,10 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         Self {
             command_rows: vec![(Row::default(), SVector::zeros()); intervals * commands.len()],
             state_rows: vec![row; intervals * states.len()],
-            schedule: Schedule::new(cost, rows, tolerances),
+            schedule,
             commands,
             states,
+            fuel,
             reach: 1.0,
             slope: 0.0,
         }
@@ -148,6 +156,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         self.each(states, commands, |schedule, row, value, _| {
             row.multiplier = schedule.penalty.start(value, SLACK);
         });
+        if let Some(fuel) = &mut self.fuel {
+            fuel.start(self.schedule.penalty.beta, commands);
+        }
     }
 
     /// Initializes the multipliers near a solution. `forces` holds `Σ y ∂g/∂z` and `Σ y ∂g/∂w` of every interval; each
@@ -159,6 +170,15 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         forces: &[Force<X, U>],
     ) {
         self.schedule.start_at(RESUMED);
+        let beta = self.schedule.penalty.beta;
+        let mut fuel = self.fuel.take();
+        if let Some(fuel) = &mut fuel {
+            fuel.start(beta, commands);
+        }
+        let paid = |command: &SVector<f64, U>| {
+            let fuel = fuel.as_ref();
+            fuel.map_or_else(SVector::zeros, |fuel| fuel.force(beta, command))
+        };
         self.each(states, commands, |schedule, row, value, along| {
             let least = schedule.penalty.start(value, SLACK);
             let Force { state, command } = &forces[along.interval];
@@ -166,12 +186,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                 Gradient::State(offset, g) => {
                     (g.dot(&state.fixed_rows::<3>(offset)), g.norm_squared())
                 }
-                Gradient::Command(g) => (g.dot(command), g.norm_squared()),
+                Gradient::Command(g) => {
+                    let own = command - paid(&commands[along.interval]);
+                    (g.dot(&own), g.norm_squared())
+                }
             };
             if size > 0.0 {
                 row.multiplier = (force / size).clamp(least, 0.5 * schedule.penalty.rho);
             }
         });
+        self.fuel = fuel;
     }
 
     /// The largest violation of states `s_1 … s_N` where they are fixed, or `None` if it is within the tolerance.

@@ -64,6 +64,11 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// The derivative of the penalties along the direction, for all intervals.
     fn slope(&self) -> f64;
 
+    /// The cost of all intervals beside the quadratic one.
+    fn cost(&self) -> f64 {
+        0.0
+    }
+
     /// Moves the multipliers by a step.
     fn advance(&mut self, step: f64);
 

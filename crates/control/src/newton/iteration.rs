@@ -68,8 +68,10 @@ pub(crate) struct Standing {
     pub(crate) violation: f64,
     /// Largest component of the gradient of the Lagrangian by commands, relative to the largest term.
     pub(crate) stationarity: f64,
-    /// `J`
+    /// The quadratic cost.
     pub(crate) cost: f64,
+    /// The cost beside it.
+    pub(crate) fuel: f64,
 }
 
 impl Default for Standing {
@@ -82,6 +84,7 @@ impl Default for Standing {
             violation: f64::INFINITY,
             stationarity: f64::INFINITY,
             cost: 0.0,
+            fuel: 0.0,
         }
     }
 }
@@ -193,6 +196,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             };
             self.augmentation = settings.augmentation;
             self.measure(problem, standing);
+            standing.fuel = inequalities.cost();
             let exact = settings.curvature == 1.0 && settings.damping == 0.0;
             self.solved_at = if exact && independent && self.model.has_gains {
                 standing.violation.max(standing.stationarity)
@@ -201,6 +205,10 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             };
             if inequalities.tighten(standing.violation.max(standing.stationarity)) {
                 tightened = true;
+                // The cost of fuel is flat, and rounding errors grow with the augmentation.
+                if standing.fuel > 0.0 {
+                    settings.augmentation = augmentation;
+                }
                 continue;
             }
             if !observe(standing) {

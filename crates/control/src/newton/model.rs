@@ -171,7 +171,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 body_frame.curve(&residual, command, &mut stage.state, &mut stage.mixed);
             }
             if settings.damping > 0.0 {
-                stage.command += settings.damping * weight;
+                stage.command += settings.damping * (problem.h * problem.command_metric);
                 for (i, metric) in problem.metric.iter().enumerate() {
                     stage.state[(i, i)] += settings.damping * problem.h * metric;
                 }

@@ -18,7 +18,10 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     pub(crate) intervals: usize,
     /// `W` of the cost `Σ (h/2) wᵀ W w`.
     pub(crate) weight: SMatrix<f64, U, U>,
-    /// `1/√W_ii`: units of the gradients by commands, so that the units of the commands do not matter.
+    /// Weight of variations of the commands per unit of time: `W` itself, or a quadratic cost of the same size where `W` is
+    /// small beside a price.
+    pub(crate) command_metric: SMatrix<f64, U, U>,
+    /// `1/√W_ii` of the metric: units of the gradients by commands, so that the units of the commands do not matter.
     pub(crate) command_units: SVector<f64, U>,
     /// Approximate stiffness of each coordinate at the end, the metric of the augmentation: a displacement `δ` costs
     /// about `½ stiffness δ²`.

@@ -6,6 +6,7 @@ use lgvi_dynamics::wheels::Wheels;
 use nalgebra::{Matrix3, SMatrix, SVD, SVector, Vector3};
 use thiserror::Error;
 
+use super::Price;
 use super::transfer::invert;
 
 /// The largest number of commands.
@@ -23,7 +24,8 @@ pub(crate) type Effects = SMatrix<f64, 6, MAX_COMMANDS>;
 /// A weight of commands.
 pub(crate) type Weight = SMatrix<f64, MAX_COMMANDS, MAX_COMMANDS>;
 
-/// The map from commands `w` to force and moment, `u = B w`, and their cost per interval, `(h/2) wᵀ W w`.
+/// The map from commands `w` to force and moment, `u = B w`, and their cost per interval, `(h/2) wᵀ W w` or that of
+/// [minimum fuel](super::Transfer::minimizing_fuel).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
     /// `B`; columns beyond the last command are zero.
@@ -40,6 +42,8 @@ pub struct Actuation {
     pseudo_inverse: SMatrix<f64, MAX_COMMANDS, 6>,
     /// `W_f⁻¹` and `W_m⁻¹` if the commands are force and moment themselves.
     gains: Option<[Matrix3<f64>; 2]>,
+    /// Prices of commands at minimum fuel. Their weights then are those of initial guesses.
+    prices: Vec<Price>,
 }
 
 /// Allowed sizes of nonzero components of a column and of weights, for which `B W⁻¹ Bᵀ` has a finite norm.
@@ -120,6 +124,7 @@ impl Actuation {
             fixed_to_body: false,
             of_wheels: false,
             gains: Some(gains),
+            prices: Vec::new(),
         })
     }
 
@@ -151,6 +156,7 @@ impl Actuation {
             fixed_to_body: false,
             of_wheels: false,
             gains: None,
+            prices: Vec::new(),
         })
     }
 
@@ -239,6 +245,22 @@ impl Actuation {
         })
     }
 
+    /// The actuation with prices on commands.
+    pub(super) fn with_prices(self, prices: Vec<Price>) -> Self {
+        Self { prices, ..self }
+    }
+
+    /// Prices of commands at minimum fuel; none if the cost is quadratic.
+    pub(crate) fn prices(&self) -> &[Price] {
+        &self.prices
+    }
+
+    /// Whether a command has a price.
+    pub(crate) fn has_price(&self, command: usize) -> bool {
+        let mut prices = self.prices.iter();
+        prices.any(|price| price.commands.contains(&command))
+    }
+
     /// The actuation with the given units of force and moment (`loads`), of commands, and of cost per time
     /// (`rate`).
     pub(crate) fn in_units(
@@ -249,9 +271,14 @@ impl Actuation {
     ) -> Result<Self, ActuationError> {
         let weight =
             Weight::from_fn(|i, j| self.weight[(i, j)] * (commands[i] * commands[j] / rate));
+        let price = |price: &Price| Price {
+            price: price.price * (commands[price.commands.start] / rate),
+            ..price.clone()
+        };
+        let prices = self.prices.iter().map(price).collect();
         if self.gains.is_some() {
             let [force, moment] = [0, 3].map(|at| weight.fixed_view::<3, 3>(at, at).into_owned());
-            return Self::full(&force, &moment);
+            return Ok(Self::full(&force, &moment)?.with_prices(prices));
         }
         let columns: Vec<_> = (0..self.commands)
             .map(|command| {
@@ -260,7 +287,7 @@ impl Actuation {
                 (column.into(), weight[(command, command)])
             })
             .collect();
-        self.with_columns(&columns)
+        Ok(self.with_columns(&columns)?.with_prices(prices))
     }
 
     /// The number of commands.
@@ -339,8 +366,24 @@ impl Actuation {
         }
     }
 
-    /// The cost of an interval's command: `(h/2) wᵀ W w`.
+    /// The cost of an interval's command: `(h/2) wᵀ W w` of the commands without a price, and `h p |w|` of the others.
     pub fn cost(&self, h: f64, command: &Command) -> f64 {
+        let mut unpriced = *command;
+        for Price { commands, .. } in &self.prices {
+            unpriced.rows_mut(commands.start, commands.len()).fill(0.0);
+        }
+        self.quadratic(h, &unpriced) + h * self.rate(command)
+    }
+
+    /// The cost of fuel per unit of time.
+    pub(crate) fn rate(&self, command: &Command) -> f64 {
+        let prices = self.prices.iter();
+        prices
+            .map(|price| price.price * price.magnitude(command))
+            .sum()
+    }
+
+    fn quadratic(&self, h: f64, command: &Command) -> f64 {
         let product = if self.commands <= FEW {
             let command = command.fixed_rows::<FEW>(0);
             command.dot(&(self.weight.fixed_view::<FEW, FEW>(0, 0) * command))

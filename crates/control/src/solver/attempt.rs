@@ -2,10 +2,11 @@ use nalgebra::SVector;
 
 use super::class::Class;
 use super::error::PlanError;
+use super::fuel::LAST_SMOOTHNESS;
 use super::neighboring::Inherited;
 use super::progress::{NewtonSettings, Phase, Progress, Start};
 use super::resolution::resolved;
-use super::scale::{metric, stiffness};
+use super::scale::{self, stiffness};
 use crate::discrete::DiscreteDynamics;
 use crate::newton::{
     AUGMENTATIONS, Closeness, Ended, Iterate, Newton, Problem, Standing, Tolerances, Unconstrained,
@@ -21,6 +22,8 @@ pub(super) struct Solver<'s, C> {
     pub(super) tolerances: Tolerances,
     pub(super) coarse: usize,
     pub(super) observe: &'s mut dyn FnMut(&Progress) -> bool,
+    /// The part of their quadratic weight that commands with a price keep.
+    pub(super) smoothness: f64,
     /// What the next plan takes over from the plan before.
     pub(super) inherited: Option<Inherited>,
     /// The plan for a force that does not turn with the body, once it is known.
@@ -86,6 +89,7 @@ impl<'s, C> Solver<'s, C> {
             },
             coarse: settings.coarse.max(2),
             observe,
+            smoothness: LAST_SMOOTHNESS,
             inherited: None,
             inertial: None,
         }
@@ -101,18 +105,19 @@ impl<'s, C> Solver<'s, C> {
         C: Class<X, U>,
     {
         let own = |all: SVector<f64, 12>| all.fixed_rows::<X>(C::FIRST).into_owned();
-        let weight = self.class.weight(view);
+        let metric = self.class.weight(view);
         Problem {
             steps,
             ending: self.class.ending(view),
             initial: view.initial,
             h: view.h,
             intervals: view.intervals,
-            weight,
-            command_units: weight.diagonal().map(|weight| weight.sqrt().recip()),
+            weight: self.weight(view, metric),
+            command_metric: metric,
+            command_units: metric.diagonal().map(|weight| weight.sqrt().recip()),
             body_frame: self.class.body_frame(view),
             stiffness: own(stiffness(view)),
-            metric: own(metric(view)),
+            metric: own(scale::metric(view)),
             rounding: own(view.rounding / self.tolerances.violation),
         }
     }

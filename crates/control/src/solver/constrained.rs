@@ -14,6 +14,9 @@ use crate::{Dynamics, Plan};
 /// Maximum number of Newton steps, in multiples of that without inequalities.
 const PATIENCE: u32 = 3;
 
+/// The gap of plans at minimum fuel, whose cost is flat near the minimum.
+const FUEL_GAP: f64 = 1e-7;
+
 /// States and commands, and the contributions of the inequalities to the gradient of the Lagrangian by interval.
 type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<Force<X, U>>);
 
@@ -44,7 +47,10 @@ impl<C> Solver<'_, C> {
                 done => return done,
             }
         }
-        let free = match self.cold()? {
+        let smoothness = std::mem::replace(&mut self.smoothness, 1.0);
+        let free = self.cold()?;
+        self.smoothness = smoothness;
+        let free = match free {
             Ok(newton) => newton,
             Err((ended, newton)) => return Err(self.unsolved(ended, &newton.iterate)?),
         };
@@ -283,15 +289,38 @@ impl<C> Solver<'_, C> {
         let weight = problem.h * problem.weight;
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
+        let actuation = &transfer.actuation;
+        let fuel = if actuation.prices().is_empty() {
+            0.0
+        } else {
+            let commands = iterate.commands.iter().map(|w| self.class.widened(w));
+            transfer.h * commands.map(|w| actuation.rate(&w)).sum::<f64>()
+        };
         Barrier::new(
             set,
+            actuation,
             &self.class.selection(),
             C::OFFSETS,
             given,
             (transfer.h, transfer.intervals),
-            cost + self.detour(problem, &iterate.states[1..]),
-            tolerances(&transfer.inequalities),
+            cost + fuel + self.detour(problem, &iterate.states[1..]),
+            self.barrier_tolerances(),
         )
+    }
+
+    /// Barrier tolerances; the violation is at least the rounding error of the state inequalities.
+    fn barrier_tolerances(&self) -> BarrierTolerances {
+        let default = BarrierTolerances::default();
+        let states = self.transfer.inequalities.state.iter();
+        let rounding = states.map(|inequality| ROUNDING / inequality.size());
+        BarrierTolerances {
+            violation: rounding.fold(default.violation, f64::max),
+            gap: match self.transfer.actuation.prices() {
+                [] => default.gap,
+                _ => FUEL_GAP,
+            },
+            ..default
+        }
     }
 }
 
@@ -302,19 +331,6 @@ struct Imposed<const X: usize, const U: usize> {
     iterate: Iterate<X, U>,
     /// The inequalities, with their multipliers at the plan.
     barrier: Barrier<X, U>,
-}
-
-/// Barrier tolerances; the violation is at least the rounding error of the state inequalities.
-fn tolerances(inequalities: &InequalitySet) -> BarrierTolerances {
-    let default = BarrierTolerances::default();
-    let rounding = inequalities
-        .state
-        .iter()
-        .map(|inequality| ROUNDING / inequality.size());
-    BarrierTolerances {
-        violation: rounding.fold(default.violation, f64::max),
-        ..default
-    }
 }
 
 impl From<Violation> for PlanError {

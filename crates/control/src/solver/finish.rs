@@ -108,6 +108,7 @@ impl<C> Solver<'_, C> {
             complementarity,
             condition: model.start.condition(&model.augmentation, &units),
             sufficient,
+            switching: self.switching(&newton),
         };
         Ok(plan)
     }

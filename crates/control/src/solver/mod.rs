@@ -10,6 +10,7 @@ mod drifted;
 mod error;
 mod finish;
 mod first;
+mod fuel;
 mod inertial_guess;
 mod neighboring;
 mod progress;

@@ -78,7 +78,7 @@ impl Standing {
             step_length: self.length,
             violation: self.violation,
             stationarity: self.stationarity,
-            cost: self.cost,
+            cost: self.cost + self.fuel,
             phase,
         }
     }

@@ -40,6 +40,21 @@ impl CommandInequality {
         }
     }
 
+    /// For each command, the largest value that the inequality allows it alone, or infinity.
+    pub(super) fn limits(&self) -> Command {
+        let largest = |command: usize| {
+            let (linear, square) = (self.linear[command], self.hessian[(command, command)]);
+            if square > 0.0 {
+                (2.0 * self.bound / square).sqrt()
+            } else if linear > 0.0 && self.bound > 0.0 {
+                self.bound / linear
+            } else {
+                f64::INFINITY
+            }
+        };
+        Command::from_fn(|command, _| largest(command))
+    }
+
     /// The inequality relaxed by `slack`: `g ≤ slack`.
     pub(super) fn relaxed(&self, slack: f64) -> Self {
         Self {

@@ -73,6 +73,15 @@ impl InequalitySet {
         })
     }
 
+    /// For each command, the size that the inequalities allow it alone, or infinity.
+    pub(crate) fn command_limits(&self) -> Command {
+        let mut limits = Command::repeat(f64::INFINITY);
+        for row in &self.command {
+            limits = limits.inf(&row.limits());
+        }
+        limits
+    }
+
     /// True if there are no inequalities.
     pub(crate) fn is_empty(&self) -> bool {
         self.command.is_empty() && self.state.is_empty()

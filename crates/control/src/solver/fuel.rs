@@ -1,0 +1,121 @@
+//! Minimum fuel: the weights on the way from a quadratic cost, and the switching structure.
+
+use nalgebra::{SMatrix, SVector};
+
+use super::attempt::Solver;
+use super::class::Class;
+use crate::newton::Newton;
+use crate::problem::Price;
+use crate::{Command, Switching, Transfer};
+
+/// The part of the quadratic weight that is left in plans at minimum fuel, so that commands between their limits are unique.
+pub(super) const LAST_SMOOTHNESS: f64 = 1e-6;
+/// Distance to zero or a limit, relative to the limit, within which a command is off or at the limit.
+const CLOSE: f64 = 1e-3;
+
+/// The state of a command.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Level {
+    Off,
+    Between,
+    AtLimit,
+}
+
+impl<C> Solver<'_, C> {
+    /// The quadratic weight of the commands, where those with a price have a part of `metric`.
+    pub(super) fn weight<const X: usize, const U: usize>(
+        &self,
+        view: &Transfer,
+        metric: SMatrix<f64, U, U>,
+    ) -> SMatrix<f64, U, U>
+    where
+        C: Class<X, U>,
+    {
+        let actuation = &view.actuation;
+        if actuation.prices().is_empty() {
+            return metric;
+        }
+        let selection = self.class.selection();
+        let factor = |own: usize| {
+            let mut commands = 0..actuation.commands();
+            let priced = commands.any(|w| selection[(w, own)] != 0.0 && actuation.has_price(w));
+            if priced { self.smoothness.sqrt() } else { 1.0 }
+        };
+        metric.map_with_location(|i, j, weight| weight * (factor(i) * factor(j)))
+    }
+
+    /// The switching structure at the iterate of a model, if commands have prices.
+    pub(super) fn switching<const X: usize, const U: usize>(
+        &self,
+        newton: &Newton<X, U>,
+    ) -> Option<Switching>
+    where
+        C: Class<X, U>,
+    {
+        let (transfer, model) = (self.transfer, &newton.model);
+        let prices = transfer.actuation.prices();
+        if prices.is_empty() {
+            return None;
+        }
+        let one_sided = transfer.inequalities.one_sided();
+        let mut all = Switching::default();
+        for price in prices {
+            let mut last = None;
+            let mut between = 0;
+            for (k, own) in newton.iterate.commands.iter().enumerate() {
+                let command = self.class.widened(own);
+                let level = self.level_of(price, &command);
+                let (_, by_command) = model.dynamics[k].backward(&model.inputs, &model.costates[k]);
+                let by_command = self.class.widened(&by_command);
+                let primer = if one_sided[price.commands.start] {
+                    -by_command[price.commands.start]
+                } else {
+                    price.magnitude(&by_command)
+                };
+                let switching = primer / (transfer.h * price.price) - 1.0;
+                let wrong = match level {
+                    Level::Off => switching,
+                    Level::Between => switching.abs(),
+                    Level::AtLimit => -switching,
+                };
+                all.contradiction = all.contradiction.max(wrong);
+                match level {
+                    Level::Between => {
+                        between += 1;
+                        all.between += 1;
+                        all.longest = all.longest.max(between);
+                        continue;
+                    }
+                    Level::AtLimit => all.at_limit += 1,
+                    Level::Off => (),
+                }
+                between = 0;
+                if last.is_some_and(|last| last != level) {
+                    all.switches += 1;
+                }
+                last = Some(level);
+            }
+        }
+        Some(all)
+    }
+
+    fn level_of(&self, price: &Price, command: &Command) -> Level {
+        let inequalities = &self.transfer.inequalities;
+        let limit = inequalities.command_limits()[price.commands.start];
+        if price.magnitude(command) <= CLOSE * limit {
+            return Level::Off;
+        }
+        let limits = |commands: &SVector<f64, { crate::MAX_COMMANDS }>| {
+            let own = commands.rows(price.commands.start, price.commands.len());
+            own.amax() > 0.0
+        };
+        let mut rows = inequalities.command.iter();
+        let at_limit =
+            rows.any(|row| limits(&row.gradient(command)) && row.value(command) > -CLOSE);
+        if at_limit {
+            Level::AtLimit
+        } else {
+            Level::Between
+        }
+    }
+}

@@ -8,6 +8,7 @@ mod classes;
 mod constraints;
 mod coupling;
 mod final_time;
+mod fuel;
 mod inequalities;
 mod maneuvers;
 mod moving;

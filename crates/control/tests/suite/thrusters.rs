@@ -39,7 +39,7 @@ fn pairs() -> Vec<Thruster> {
 const N: usize = 60;
 
 /// A transfer near a center that attracts, in 2 units of time.
-fn transfer(initial: BodyState, target: BodyState, actuation: Actuation) -> Transfer {
+pub(crate) fn transfer(initial: BodyState, target: BodyState, actuation: Actuation) -> Transfer {
     let (h, field) = (2.0 / N as f64, Central { gm: 1.0 });
     Transfer::new(body(), field, h, N, initial, target, actuation)
         .expect("a transfer")
@@ -50,11 +50,11 @@ fn planned(transfer: &Transfer) -> Result<Plan, PlanError> {
     solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true)
 }
 
-fn limited(limits: &[f64]) -> Constraint {
+pub(crate) fn limited(limits: &[f64]) -> Constraint {
     Constraint::commands(CommandLimit::new(limits).expect("limits").one_sided())
 }
 
-fn ends(rng: &mut Rng) -> [BodyState; 2] {
+pub(crate) fn ends(rng: &mut Rng) -> [BodyState; 2] {
     let at = |position: Vector3<f64>, rng: &mut Rng| {
         let (velocity, spin) = (vector(rng, 0.2), vector(rng, 0.3));
         BodyState::from_velocities(&body(), position, velocity, exp(&vector(rng, 1.0)), spin)
@@ -72,7 +72,7 @@ fn all(thrusters: Vec<Thruster>) -> Thrusters {
     Thrusters::new(thrusters, none).expect("thrusters")
 }
 
-fn actuation(thrusters: &[Thruster], weights: &[f64]) -> Actuation {
+pub(crate) fn actuation(thrusters: &[Thruster], weights: &[f64]) -> Actuation {
     Actuation::thrusters(&all(thrusters.to_vec()), weights).expect("thrusters")
 }
 
@@ -107,7 +107,12 @@ fn a_search_finds_the_plan_of_a_cold_start_or_a_cheaper_one() {
 }
 
 /// The flight of a plan's commands by thrusters of these forces.
-fn flown(thrusters: &[Thruster], initial: BodyState, plan: &Plan, limit: f64) -> BodyState {
+pub(crate) fn flown(
+    thrusters: &[Thruster],
+    initial: BodyState,
+    plan: &Plan,
+    limit: f64,
+) -> BodyState {
     let thrusters = thrusters.iter().map(|thruster| Thruster {
         thrust: limit,
         ..*thruster
@@ -193,7 +198,7 @@ fn thrusters_fly_their_plans_to_the_target_within_their_limits() {
 }
 
 /// Thrusters at random places in random directions that together exert every force and moment.
-fn layout(rng: &mut Rng, count: usize) -> Vec<Thruster> {
+pub(crate) fn layout(rng: &mut Rng, count: usize) -> Vec<Thruster> {
     loop {
         let random =
             |rng: &mut Rng| Thruster::new(vector(rng, 1.0), vector(rng, 1.0).normalize(), 1.0);

@@ -306,7 +306,9 @@ impl Plan {
     ///
     /// `stationarity`, `defect` (of the dynamics), `terminal` (miss of the target), `inequality`, `complementarity`: relative
     /// to the size of each quantity. `condition`: condition number of the map from initial multipliers to the terminal
-    /// conditions. `sufficient`: whether the plan is known to be a strict local minimum.
+    /// conditions. `sufficient`: whether the plan is known to be a strict local minimum. At minimum fuel also `switching`: a dict of
+    /// the numbers of `switches`, of steps `at_limit` and `between` and of the `longest` row of the latter, and the largest
+    /// `contradiction` of a switching function.
     #[getter]
     fn certificate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let Certificate {
@@ -317,6 +319,7 @@ impl Plan {
             complementarity,
             condition,
             sufficient,
+            switching,
         } = self.plan.solution().certificate;
         let dict = PyDict::new(py);
         for (name, number) in [
@@ -330,6 +333,19 @@ impl Plan {
             dict.set_item(name, number)?;
         }
         dict.set_item("sufficient", sufficient)?;
+        if let Some(switching) = switching {
+            let own = PyDict::new(py);
+            for (name, count) in [
+                ("switches", switching.switches),
+                ("at_limit", switching.at_limit),
+                ("between", switching.between),
+                ("longest", switching.longest),
+            ] {
+                own.set_item(name, count)?;
+            }
+            own.set_item("contradiction", switching.contradiction)?;
+            dict.set_item("switching", own)?;
+        }
         Ok(dict)
     }
 

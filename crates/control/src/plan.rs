@@ -60,6 +60,23 @@ pub struct Switching {
     pub contradiction: f64,
 }
 
+impl fmt::Display for Switching {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            switches,
+            at_limit,
+            between,
+            longest,
+            contradiction,
+        } = self;
+        write!(
+            f,
+            "commands switch {switches} times; {at_limit} of their steps are at a limit, {between} between, {longest} of these in a \
+             row; switching functions contradict them by {contradiction:.1e} at most"
+        )
+    }
+}
+
 /// Errors of a plan that can be checked independently of the solver.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Certificate {

@@ -132,7 +132,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let planned: usize = states.iter().map(planned).sum();
         let rows = planned + intervals * commands.len();
         let schedule = Schedule::new(cost, rows, tolerances);
-        let fuel = (!actuation.prices().is_empty())
+        let fuel = actuation
+            .minimizes_fuel()
             .then(|| Fuel::new(actuation, set, selection, (h, intervals), &schedule));
         let row = StateRow {
             row: Row::default(),

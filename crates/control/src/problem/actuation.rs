@@ -25,7 +25,7 @@ pub(crate) type Effects = SMatrix<f64, 6, MAX_COMMANDS>;
 pub(crate) type Weight = SMatrix<f64, MAX_COMMANDS, MAX_COMMANDS>;
 
 /// The map from commands `w` to force and moment, `u = B w`, and their cost per interval, `(h/2) wᵀ W w` or that of
-/// [minimum fuel](super::Transfer::minimizing_fuel).
+/// [minimum fuel](Actuation::minimizing_fuel).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Actuation {
     /// `B`; columns beyond the last command are zero.
@@ -90,6 +90,18 @@ pub enum ActuationError {
         /// Number of thrusters or wheels.
         expected: usize,
     },
+    /// A command with a price has no limit.
+    #[error("command {command} has no limit, expected one: minimum fuel needs it")]
+    Unlimited {
+        /// Index of the command, from 0.
+        command: usize,
+    },
+    /// The price of the force depends on its direction.
+    #[error("the weight of the force is {0:?}, expected one number: the price of its norm")]
+    ForcePrices([[f64; 3]; 3]),
+    /// Torques of wheels cost no fuel.
+    #[error("the commands are torques of reaction wheels, expected commands that cost fuel")]
+    FuelOfWheels,
     /// A column is zero, or a component is out of range.
     #[error(
         "column {command} of the actuation is {column:?}, expected 0 or numbers of a size from 1e-30 to 1e30, not all 0"
@@ -253,6 +265,16 @@ impl Actuation {
     /// Prices of commands at minimum fuel; none if the cost is quadratic.
     pub(crate) fn prices(&self) -> &[Price] {
         &self.prices
+    }
+
+    /// Returns true if the cost is that of fuel.
+    pub fn minimizes_fuel(&self) -> bool {
+        !self.prices.is_empty()
+    }
+
+    /// Returns true if the commands are force and moment themselves.
+    pub fn is_of_loads(&self) -> bool {
+        self.gains.is_some()
     }
 
     /// Whether a command has a price.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Matrix3;
 
-use super::{Actuation, Command, Transfer, TransferError};
+use super::{Actuation, ActuationError, Command, Constraint};
 
 /// A price on the norm of some of the commands: `p |w|` per unit of time.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,35 +24,25 @@ impl Price {
     }
 }
 
-impl Transfer {
-    /// The transfer at least fuel: the cost of an interval is `h p |f|` instead of `(h/2) wᵀ W w`, for every actuator or
-    /// thruster, or for the force as a whole if the commands are force and moment. The weights are the prices `p`. Moments that
-    /// are commands keep their quadratic cost.
+impl Actuation {
+    /// The actuation at least fuel: the cost of an interval is `h p |w|` instead of `(h/2) wᵀ W w`, for every actuator or thruster, or
+    /// for the force as a whole if the commands are force and moment. The weights are the prices `p`. Moments that are commands
+    /// keep their quadratic cost.
     ///
     /// # Errors
-    /// Returns an error if a command with a price has no limit among the constraints, which come first, if the weights of the
-    /// force differ by axis, or if the commands are torques of wheels.
-    pub fn minimizing_fuel(self) -> Result<Self, TransferError> {
-        let limits = self.inequalities.command_limits();
-        Ok(Self {
-            actuation: self.actuation.minimizing_fuel(&limits)?,
-            ..self
-        })
-    }
-}
-
-impl Actuation {
-    /// The actuation with its weights as prices. The quadratic weights become those for which both costs are the same at twice
-    /// the limits.
-    fn minimizing_fuel(&self, limits: &Command) -> Result<Self, TransferError> {
+    /// Returns an error if no constraint limits a command with a price, if the weights of the force differ by axis, or if the
+    /// commands are torques of wheels.
+    pub fn minimizing_fuel(&self, constraints: &[Constraint]) -> Result<Self, ActuationError> {
         if self.is_of_wheels() {
-            return Err(TransferError::FuelOfWheels);
+            return Err(ActuationError::FuelOfWheels);
         }
+        let limits = self.limits(constraints);
         let limited = |command: usize| match limits[command] {
             limit if limit.is_finite() => Ok(limit),
-            _ => Err(TransferError::Unlimited { command }),
+            _ => Err(ActuationError::Unlimited { command }),
         };
         let weights = self.weight().diagonal();
+        // The quadratic weights of initial guesses: half the price at the limit.
         if self.gains().is_none() {
             let mut prices = Vec::new();
             let mut columns = Vec::new();
@@ -70,7 +60,8 @@ impl Actuation {
         let force = self.weight().fixed_view::<3, 3>(0, 0).into_owned();
         let price = force[(0, 0)];
         if force != Matrix3::from_diagonal_element(price) {
-            return Err(TransferError::ForcePrices(force.into()));
+            let rows = std::array::from_fn(|i| std::array::from_fn(|j| force[(i, j)]));
+            return Err(ActuationError::ForcePrices(rows));
         }
         let mut least = f64::INFINITY;
         for axis in 0..3 {
@@ -82,5 +73,18 @@ impl Actuation {
             commands: 0..3,
             price,
         }]))
+    }
+
+    /// For each command, the largest size that the constraints allow it alone, or infinity.
+    fn limits(&self, constraints: &[Constraint]) -> Command {
+        let mut limits = Command::repeat(f64::INFINITY);
+        for constraint in constraints {
+            if let Constraint::Commands(constraint) = constraint {
+                for row in constraint.inequalities(self) {
+                    limits = limits.inf(&row.limits());
+                }
+            }
+        }
+        limits
     }
 }

@@ -85,18 +85,6 @@ pub enum TransferError {
         /// The momenta.
         momenta: Vec<f64>,
     },
-    /// A command with a price has no limit.
-    #[error("command {command} has no limit, expected one: minimum fuel needs it")]
-    Unlimited {
-        /// Index of the command, from 0.
-        command: usize,
-    },
-    /// The price of the force depends on its direction.
-    #[error("the weight of the force is {0:?}, expected one number: the price of its norm")]
-    ForcePrices([[f64; 3]; 3]),
-    /// Torques of wheels cost no fuel.
-    #[error("the commands are torques of reaction wheels, expected commands that cost fuel")]
-    FuelOfWheels,
     /// The body is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),

@@ -290,12 +290,8 @@ impl<C> Solver<'_, C> {
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
         let actuation = &transfer.actuation;
-        let fuel = if actuation.prices().is_empty() {
-            0.0
-        } else {
-            let commands = iterate.commands.iter().map(|w| self.class.widened(w));
-            transfer.h * commands.map(|w| actuation.rate(&w)).sum::<f64>()
-        };
+        let commands = iterate.commands.iter().map(|w| self.class.widened(w));
+        let fuel = transfer.h * commands.map(|w| actuation.rate(&w)).sum::<f64>();
         Barrier::new(
             set,
             actuation,
@@ -315,9 +311,10 @@ impl<C> Solver<'_, C> {
         let rounding = states.map(|inequality| ROUNDING / inequality.size());
         BarrierTolerances {
             violation: rounding.fold(default.violation, f64::max),
-            gap: match self.transfer.actuation.prices() {
-                [] => default.gap,
-                _ => FUEL_GAP,
+            gap: if self.transfer.actuation.minimizes_fuel() {
+                FUEL_GAP
+            } else {
+                default.gap
             },
             ..default
         }

@@ -32,7 +32,7 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let actuation = &view.actuation;
-        if actuation.prices().is_empty() {
+        if !actuation.minimizes_fuel() {
             return metric;
         }
         let selection = self.class.selection();

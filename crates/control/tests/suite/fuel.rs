@@ -4,11 +4,12 @@
 use fastrand::Rng;
 use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit};
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, Motion, NewtonSettings, Place, Plan, PlanError, Progress,
-    Start, Transfer, TransferError, solve,
+    Actuation, ActuationError, Constraint, Dynamics, Motion, NewtonSettings, Place, Plan,
+    PlanError, Progress, Start, Transfer, solve,
 };
 use lgvi_dynamics::gravity::{Central, Sources};
 use lgvi_dynamics::thrusters::Thruster;
+use lgvi_dynamics::wheels::{Wheel, Wheels};
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3};
@@ -76,13 +77,13 @@ fn orbit(
     let body = unit_body();
     let [start, end] = [start, end].map(|[position, velocity]| at(&body, position, velocity));
     let h = duration / n as f64;
-    Transfer::new(body, Central { gm }, h, n, start, end, forces())
+    let limit = [force_norm(limit)];
+    let actuation = forces().minimizing_fuel(&limit).expect("limits");
+    Transfer::new(body, Central { gm }, h, n, start, end, actuation)
         .expect("a transfer")
         .with_dynamics(Dynamics::Lgvi)
         .with_motion(Motion::Translation)
-        .with_constraints(&[force_norm(limit)])
-        .minimizing_fuel()
-        .expect("limits")
+        .with_constraints(&limit)
 }
 
 #[test]
@@ -112,15 +113,15 @@ fn thrusters_of_a_rigid_body_cost_what_ipopt_finds() {
         let turn = exp(&vector(&case["turn"]));
         let end = BodyState::from_velocities(&body, vector(&case["move"]), still, turn, still);
         let [duration, limit, expected] = ["T", "limit", "fuel"].map(|key| number(&case[key]));
+        let limit = [limited(&[limit; 12])];
         let actuation = actuation(&thrusters, &numbers(&case["prices"]));
+        let actuation = actuation.minimizing_fuel(&limit).expect("limits");
         let nothing = Sources::new(Vec::new());
         let h = duration / n as f64;
         let transfer = Transfer::new(body, nothing, h, n, start, end, actuation)
             .expect("a transfer")
             .with_dynamics(Dynamics::Lgvi)
-            .with_constraints(&[limited(&[limit; 12])])
-            .minimizing_fuel()
-            .expect("limits");
+            .with_constraints(&limit);
         let plan = planned(&transfer).expect("a plan");
         compare(&case["name"], &plan, expected);
     }
@@ -224,13 +225,13 @@ fn leo(length: f64, mass: f64, time: f64) -> Transfer {
         80,
     );
     let h = 1.7 * time / n as f64;
-    Transfer::new(body, field, h, n, start, end, forces())
+    let limit = [force_norm(0.2 * mass * speed / time)];
+    let actuation = forces().minimizing_fuel(&limit).expect("limits");
+    Transfer::new(body, field, h, n, start, end, actuation)
         .expect("a transfer")
         .with_dynamics(Dynamics::Lgvi)
         .with_motion(Motion::Translation)
-        .with_constraints(&[force_norm(0.2 * mass * speed / time)])
-        .minimizing_fuel()
-        .expect("limits")
+        .with_constraints(&limit)
 }
 
 /// Random layouts of thrusters and random targets: the plans are cheaper in fuel than those of least energy, and fly to the target.
@@ -246,11 +247,11 @@ fn random_thrusters_save_fuel() {
         let free = transfer(initial, target, actuation.clone()).with_constraints(&[limited(&[])]);
         let free = planned(&free).expect("a plan");
         let limit = 1.2 * free.commands.iter().map(|w| w.amax()).fold(0.0, f64::max);
-        let smooth =
-            transfer(initial, target, actuation).with_constraints(&[limited(&vec![limit; count])]);
+        let limits = [limited(&vec![limit; count])];
+        let by = |actuation| transfer(initial, target, actuation).with_constraints(&limits);
         let fuel = |plan: &Plan| plan.h * plan.commands.iter().map(|w| w.sum()).sum::<f64>();
-        let energy = fuel(&planned(&smooth).expect("a plan of least energy"));
-        let Ok(plan) = planned(&smooth.minimizing_fuel().expect("limits")) else {
+        let energy = fuel(&planned(&by(actuation.clone())).expect("a plan of least energy"));
+        let Ok(plan) = planned(&by(actuation.minimizing_fuel(&limits).expect("limits"))) else {
             unsolved += 1;
             continue;
         };
@@ -302,30 +303,24 @@ fn a_warm_start_takes_fewer_iterations() {
 
 #[test]
 fn costs_that_are_not_of_fuel_are_refused() {
-    let body = unit_body();
-    let (here, still) = (Vector3::x(), Vector3::zeros());
-    let [start, end] = [here, 2.0 * here].map(|place| at(&body, place, still));
-    let stated = |actuation| {
-        let nothing = Sources::new(Vec::new());
-        Transfer::new(body.clone(), nothing, 0.1, 20, start, end, actuation).expect("a transfer")
+    let refused = |actuation: Actuation, constraints: &[Constraint]| {
+        let refused = actuation.minimizing_fuel(constraints);
+        refused.expect_err("a cost that is not of fuel")
     };
-    let refused = stated(forces()).minimizing_fuel().err();
-    assert_eq!(refused, Some(TransferError::Unlimited { command: 0 }));
+    let unlimited = |command| ActuationError::Unlimited { command };
+    assert_eq!(refused(forces(), &[]), unlimited(0));
     let some = ComponentLimit::new(Place::Position, Vector3::new(1.0, f64::INFINITY, 1.0));
     let some = Constraint::commands(some.expect("limits"));
-    let refused = stated(forces()).with_constraints(&[some]).minimizing_fuel();
-    assert_eq!(refused.err(), Some(TransferError::Unlimited { command: 1 }));
+    assert_eq!(refused(forces(), &[some]), unlimited(1));
     let uneven = Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 1.0));
     let uneven = Actuation::full(&uneven, &Matrix3::identity()).expect("an actuation");
-    let refused = stated(uneven)
-        .with_constraints(&[force_norm(1.0)])
-        .minimizing_fuel();
-    let error = refused.err().expect("prices by axis").to_string();
+    let error = refused(uneven, &[force_norm(1.0)]).to_string();
     assert!(error.contains("expected one number"), "{error}");
-    let commands = CommandLimit::new(&[1.0; 5]).expect("limits");
-    let commands = Constraint::commands(commands);
+    let five = Constraint::commands(CommandLimit::new(&[1.0; 5]).expect("limits"));
     let columns = [([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0); 6];
     let six = Actuation::actuators(&columns).expect("an actuation");
-    let refused = stated(six).with_constraints(&[commands]).minimizing_fuel();
-    assert_eq!(refused.err(), Some(TransferError::Unlimited { command: 5 }));
+    assert_eq!(refused(six, &[five]), unlimited(5));
+    let wheels = Wheels::new(vec![Wheel::new(Vector3::z(), 0.1)]).expect("wheels");
+    let wheels = Actuation::wheels(&wheels, &[1.0]).expect("an actuation");
+    assert_eq!(refused(wheels, &[]), ActuationError::FuelOfWheels);
 }

@@ -11,7 +11,9 @@ use lgvi_control::{Dynamics, Motion};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, Mobility};
 
-use crate::file::{CommandsFile, DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile};
+use crate::file::{
+    CommandsFile, CostFile, DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile,
+};
 use crate::scene::{NamedBody, Scene};
 use crate::{Integration, Maneuver, SceneError};
 use prediction::Predictions;
@@ -48,6 +50,13 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
     let given = &file.constraints;
     let constraints = constraints::constraints(scene, given, motion, &actuation, &mut predictions)?;
+    let actuation = match file.cost {
+        CostFile::Energy => actuation,
+        CostFile::Fuel => {
+            let limits: Vec<_> = constraints.iter().chain(&actuator_limit).cloned().collect();
+            actuation::minimizing_fuel(&actuation, &limits, motion)?
+        }
+    };
     let maneuver = Maneuver {
         body,
         target,

@@ -17,6 +17,9 @@ pub(crate) struct ManeuverFile {
     /// The planned motion: "full" by default.
     #[serde(default)]
     pub motion: MotionFile,
+    /// What the weights are of: "energy" (squares of the commands, by default) or "fuel" (their magnitudes).
+    #[serde(default)]
+    pub cost: CostFile,
     /// Weight of the force: a number, three, or a symmetric positive definite 3×3 matrix; 1 by default.
     pub force_weight: Option<WeightFile>,
     /// Weight of the moment: a number, three, or a symmetric positive definite 3×3 matrix; 1 by default.
@@ -55,6 +58,17 @@ pub(crate) struct ManeuverFile {
 pub(crate) enum DynamicsFile {
     LieEuler,
     Lgvi,
+}
+
+#[derive(Clone, Copy, Default, Deserialize, PartialEq)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum CostFile {
+    #[default]
+    /// Squares of the commands.
+    Energy,
+    /// Magnitudes of the commands.
+    Fuel,
 }
 
 #[derive(Clone, Copy, Default, Deserialize)]

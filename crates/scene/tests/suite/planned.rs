@@ -6,7 +6,7 @@ use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::shipped::shipped;
+use crate::shipped::{shipped, shipped_text};
 
 fn plan(scene: &Scene) -> Plan {
     let transfer = scene.transfer().unwrap().unwrap();
@@ -79,6 +79,67 @@ fn the_chaser_is_flown_to_the_station_by_its_thrusters() {
     let miss = scene.miss(&simulation.states()[1]).unwrap();
     assert!(miss.norm() < 1e-5, "{miss}");
     assert!(open > 10, "{open} thrusters wide open");
+}
+
+/// A shipped scene with one line changed.
+fn changed(name: &str, line: &str, instead: &str) -> Result<Scene, String> {
+    let text = shipped_text(name);
+    assert!(text.contains(line), "{line}");
+    let changed = text.replacen(line, instead, 1);
+    Scene::parse(name, &changed).map_err(|error| error.to_string())
+}
+
+#[test]
+fn costs_that_are_not_of_fuel_are_refused_with_their_keys() {
+    let fuel = "[maneuver]\ncost = \"fuel\"";
+    for (name, keys, expected) in [
+        ("slew_keep_out", "", "where the commands are moments"),
+        (
+            "inclination_change",
+            "",
+            "a constraint that limits command 0",
+        ),
+        ("wheel_slew_plan", "", "torques of wheels"),
+        (
+            "docking_corridor",
+            "\nforce_weight = [1, 2, 1]",
+            "maneuver.force_weight",
+        ),
+        ("docking_corridor", "\nfeedback = true", "maneuver.feedback"),
+        (
+            "inclination_change",
+            "\nsolver = { method = \"shooting\" }",
+            "command 0",
+        ),
+        ("minimum_fuel", "", "duplicate key"),
+    ] {
+        let refused = changed(name, "[maneuver]", &format!("{fuel}{keys}"));
+        let refused = refused.expect_err(name);
+        assert!(refused.contains(expected), "{name}: {refused}");
+    }
+    assert!(changed("docking_corridor", "[maneuver]", fuel).is_ok());
+}
+
+/// Thrusters at minimum fuel are shut or wide open, and burn less than those of the plan at least energy.
+#[test]
+fn the_chaser_burns_coasts_and_burns_at_minimum_fuel() {
+    let scene = shipped("minimum_fuel");
+    let transfer = scene.transfer().unwrap().unwrap();
+    let plan = plan(&scene);
+    let fuel = |plan: &Plan| plan.h * plan.commands.iter().map(|w| w.sum()).sum::<f64>();
+    assert!((fuel(&plan) / plan.cost - 1.0).abs() < 1e-6);
+    let switching = plan.certificate.switching.unwrap();
+    assert!(switching.contradiction < 1e-3, "{switching:?}");
+    assert!(
+        switching.at_limit > 50 && switching.between < 60,
+        "{switching:?}"
+    );
+    let middle = transfer.intervals() / 2;
+    let coast = &plan.commands[middle - 20..middle + 20];
+    assert!(coast.iter().all(|w| w.amax() < 1e-3), "no coast");
+    let energy = changed("minimum_fuel", "cost = \"fuel\"", "cost = \"energy\"");
+    let energy = self::plan(&energy.unwrap());
+    assert!(fuel(&energy) > 1.5 * fuel(&plan), "{}", fuel(&energy));
 }
 
 /// The wheels whose torques the plan commands fly it, each within its limits.

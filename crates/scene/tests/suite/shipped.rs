@@ -8,10 +8,13 @@ fn folder() -> PathBuf {
     PathBuf::from(concat!(env!("CARGO_MANIFEST_DIR"), "/../../scenes"))
 }
 
-pub(crate) fn shipped(name: &str) -> Scene {
+pub(crate) fn shipped_text(name: &str) -> String {
     let path = folder().join(name).with_extension("toml");
-    let text = std::fs::read_to_string(&path).unwrap();
-    Scene::parse(name, &text).unwrap_or_else(|error| panic!("{path:?}: {error}"))
+    std::fs::read_to_string(&path).unwrap_or_else(|error| panic!("{path:?}: {error}"))
+}
+
+pub(crate) fn shipped(name: &str) -> Scene {
+    Scene::parse(name, &shipped_text(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
 }
 
 /// Returns all shipped scenes.

@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 21] = [
+pub const SCENES: [(&str, &str); 22] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -19,6 +19,7 @@ pub const SCENES: [(&str, &str); 21] = [
     shipped!("inclination_change"),
     shipped!("inclination_replan"),
     shipped!("low_orbit_approach"),
+    shipped!("minimum_fuel"),
     shipped!("oblate_orbit"),
     shipped!("orbital_capture"),
     shipped!("pendulum"),

@@ -145,8 +145,17 @@ pub enum Reason {
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
     pub(crate) plan: Plan,
-    /// Which of several plans it is, and whether it may be no minimum; empty where neither is to be said.
+    /// Which of several plans it is, how its commands switch, and whether it may be no minimum; empty where none is to be said.
     pub(crate) remark: String,
+}
+
+impl Solved {
+    fn add(&mut self, remark: &str) {
+        if !self.remark.is_empty() {
+            self.remark += "; ";
+        }
+        self.remark += remark;
+    }
 }
 
 /// How a task ended without a plan.
@@ -200,9 +209,13 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         }
         End::Free(range) => duration::solve(scene, &initial, range, observe)?,
     };
-    if !solved.plan.certificate.sufficient {
-        let separator = if solved.remark.is_empty() { "" } else { "; " };
-        solved.remark += &format!("{separator}{NOT_MINIMUM}");
+    let certificate = solved.plan.certificate;
+    if let Some(switching) = certificate.switching {
+        info!("{switching}");
+        solved.add(&switching.to_string());
+    }
+    if !certificate.sufficient {
+        solved.add(NOT_MINIMUM);
     }
     Ok(solved)
 }

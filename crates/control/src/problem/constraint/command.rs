@@ -41,7 +41,7 @@ impl CommandInequality {
     }
 
     /// For each command, the largest value that the inequality allows it alone, or infinity.
-    pub(super) fn limits(&self) -> Command {
+    pub(in crate::problem) fn limits(&self) -> Command {
         let largest = |command: usize| {
             let (linear, square) = (self.linear[command], self.hessian[(command, command)]);
             if square > 0.0 {

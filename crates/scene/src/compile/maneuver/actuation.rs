@@ -1,4 +1,4 @@
-use lgvi_control::{Actuation, ActuationError, MAX_COMMANDS, Motion};
+use lgvi_control::{Actuation, ActuationError, Constraint, MAX_COMMANDS, Motion};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{actuators, moves};
@@ -29,6 +29,19 @@ pub(super) fn actuation(file: &ManeuverFile, motion: Motion) -> Result<Actuation
         .map(|(index, actuator)| column(&format!("maneuver.actuators[{index}]"), actuator, motion))
         .collect::<Result<Vec<_>, _>>()?;
     Actuation::actuators(&columns).map_err(refuse)
+}
+
+/// The actuation at minimum fuel.
+pub(super) fn minimizing_fuel(
+    actuation: &Actuation,
+    limits: &[Constraint],
+    motion: Motion,
+) -> Result<Actuation, SceneError> {
+    if motion == Motion::Rotation && actuation.is_of_loads() {
+        let expected = "\"energy\" where the commands are moments, which use no fuel: name `actuators`, or thrusters";
+        return Err(SceneError::value("maneuver.cost", "fuel", expected));
+    }
+    actuation.minimizing_fuel(limits).map_err(refuse)
 }
 
 /// Returns the force and moment of a unit command, and its weight.
@@ -74,6 +87,19 @@ fn refuse(error: ActuationError) -> SceneError {
             weight,
             "a number from 1e-30 to 1e30",
         ),
+        ActuationError::ForcePrices(rows) => {
+            let expected =
+                "one number where `cost` is \"fuel\": the price of the norm of the force";
+            SceneError::value("maneuver.force_weight", rows, expected)
+        }
+        ActuationError::Unlimited { command } => {
+            let expected = format!("\"energy\", or a constraint that limits command {command}");
+            SceneError::value("maneuver.cost", "fuel", expected)
+        }
+        ActuationError::FuelOfWheels => {
+            let expected = "\"energy\" where the commands are torques of wheels, which use no fuel";
+            SceneError::value("maneuver.cost", "fuel", expected)
+        }
         ActuationError::Column { command, column } => SceneError::value(
             format!("maneuver.actuators[{command}]"),
             column,

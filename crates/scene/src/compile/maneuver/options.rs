@@ -113,6 +113,7 @@ pub(super) fn check_combination(
             ("commands", file.commands.is_some()),
             ("final_time", maneuver.final_time.is_some()),
             ("search", maneuver.search.is_some()),
+            ("cost", maneuver.actuation.minimizes_fuel()),
         ];
         check_plain(maneuver, &beyond, "`solver.method` is \"shooting\"")?;
     }
@@ -126,10 +127,15 @@ pub(super) fn check_combination(
         let beyond = [
             ("commands", file.commands.is_some()),
             ("dynamics", maneuver.dynamics != Dynamics::LieEuler),
+            ("cost", maneuver.actuation.minimizes_fuel()),
         ];
         check_plain(maneuver, &beyond, "`processed` is true")?;
     }
     check_actuators(scene, maneuver, file)?;
+    if maneuver.feedback && maneuver.actuation.minimizes_fuel() {
+        let expected = "false where `cost` is \"fuel\": commands at their limits do not respond";
+        return Err(SceneError::value("maneuver.feedback", true, expected));
+    }
     if maneuver.feedback && scene.steps > MAX_FEEDBACK_STEPS {
         let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
         return Err(SceneError::value("run.steps", scene.steps, expected));
@@ -221,6 +227,7 @@ fn check_plain(maneuver: &Maneuver, beyond: &[(&str, bool)], why: &str) -> Resul
     let (value, expected) = match *key {
         "dynamics" => ("\"lgvi\"", "\"lie_euler\""),
         "motion" => ("a part of the motion", "\"full\""),
+        "cost" => ("\"fuel\"", "\"energy\""),
         "target" => (
             "free in parts",
             "position, velocity, attitude and angular velocity",

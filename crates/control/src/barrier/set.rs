@@ -78,6 +78,27 @@ pub(crate) struct Given {
     pub(crate) last_attitude: bool,
 }
 
+impl Given {
+    /// The intervals whose end states are planned as far as `place` goes. `offsets` are the indices of δx and ζ in z if they
+    /// are planned.
+    pub(crate) fn planned(
+        &self,
+        place: Place,
+        offsets: [Option<usize>; 2],
+        intervals: usize,
+    ) -> Range<usize> {
+        let (offset, last) = match place {
+            Place::Position => (offsets[0], self.last_position),
+            Place::Attitude => (offsets[1], self.last_attitude),
+        };
+        if offset.is_some() {
+            usize::from(self.first)..intervals - usize::from(last)
+        } else {
+            0..0
+        }
+    }
+}
+
 /// A violated inequality and its step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Violation {
@@ -109,17 +130,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         tolerances: BarrierTolerances,
     ) -> Self {
         let placed = |inequality: &StateInequality| {
-            let (offset, last) = match inequality.place() {
-                Place::Position => (offsets[0], given.last_position),
-                Place::Attitude => (offsets[1], given.last_attitude),
+            let offset = match inequality.place() {
+                Place::Position => offsets[0],
+                Place::Attitude => offsets[1],
             };
-            let planned = usize::from(given.first)..intervals - usize::from(last);
             Placed {
                 inequality: inequality.clone(),
                 moving: inequality.through(h, intervals),
                 offset: offset.unwrap_or(0),
                 applies: inequality.applies(intervals),
-                planned: if offset.is_some() { planned } else { 0..0 },
+                planned: given.planned(inequality.place(), offsets, intervals),
             }
         };
         let commands: Vec<_> = set.command.iter().map(|row| row.of(selection)).collect();
@@ -187,7 +207,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                         constraint,
                         step,
                         amount,
-                        excess: placed.inequality.excess(amount),
+                        excess: placed.at(step).excess(amount),
                     });
                 }
             }
@@ -235,10 +255,11 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             }
         });
         let of_states = states.enumerate().map(|(at, amount)| {
-            let inequality = &self.states[at % self.states.len()].inequality;
+            let step = at / self.states.len();
+            let inequality = self.states[at % self.states.len()].at(step);
             Violation {
                 constraint: inequality.index,
-                step: at / self.states.len(),
+                step,
                 amount,
                 excess: inequality.excess(amount),
             }

@@ -18,10 +18,23 @@ const PATIENCE: u32 = 3;
 type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<Force<X, U>>);
 
 impl<C> Solver<'_, C> {
-    /// Imposes the inequalities on a plan that nearly satisfies them. Without such a plan, imposes them on the best
-    /// plan without inequalities.
+    /// The plan under the inequalities, at the ends of steps and between them.
     pub(super) fn constrained<const X: usize, const U: usize>(
         mut self,
+        start: Start<'_>,
+        again: bool,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let plan = self.at_ends(start, again)?;
+        self.between(plan)
+    }
+
+    /// Imposes the inequalities on a plan that nearly satisfies them. Without such a plan, imposes them on the best
+    /// plan without inequalities.
+    fn at_ends<const X: usize, const U: usize>(
+        &mut self,
         start: Start<'_>,
         again: bool,
     ) -> Result<Plan, PlanError>
@@ -275,11 +288,6 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let transfer = self.transfer;
-        let given = Given {
-            first: transfer.dynamics == Dynamics::LieEuler,
-            last_position: transfer.terminal.translation.fixes_pose(),
-            last_attitude: transfer.terminal.rotation.fixes_pose(),
-        };
         let weight = problem.h * problem.weight;
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
@@ -287,11 +295,21 @@ impl<C> Solver<'_, C> {
             set,
             &self.class.selection(),
             C::OFFSETS,
-            given,
+            self.given(),
             (transfer.h, transfer.intervals),
             cost + self.detour(problem, &iterate.states[1..]),
             tolerances(&transfer.inequalities),
         )
+    }
+
+    /// The states that start and target fix.
+    pub(super) fn given(&self) -> Given {
+        let transfer = self.transfer;
+        Given {
+            first: transfer.dynamics == Dynamics::LieEuler,
+            last_position: transfer.terminal.translation.fixes_pose(),
+            last_attitude: transfer.terminal.rotation.fixes_pose(),
+        }
     }
 }
 
@@ -305,7 +323,7 @@ struct Imposed<const X: usize, const U: usize> {
 }
 
 /// Barrier tolerances; the violation is at least the rounding error of the state inequalities.
-fn tolerances(inequalities: &InequalitySet) -> BarrierTolerances {
+pub(super) fn tolerances(inequalities: &InequalitySet) -> BarrierTolerances {
     let default = BarrierTolerances::default();
     let rounding = inequalities
         .state

@@ -140,7 +140,8 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
     };
     let constraints = case["constraints"].as_array().expect("constraints");
     let constraints: Vec<_> = constraints.iter().map(constraint).collect();
-    free.expect("a transfer").with_constraints(&constraints)
+    free.expect("a transfer")
+        .with_constraints_at_ends(&constraints)
 }
 
 fn planned(transfer: &Transfer, start: Start<'_>) -> (Plan, u32) {

@@ -10,6 +10,7 @@
 mod command;
 mod cone;
 mod corridor;
+mod frame;
 mod limits;
 mod moving;
 mod set;
@@ -32,7 +33,9 @@ pub use command::CommandInequality;
 pub use cone::KeepOutCone;
 pub use corridor::Corridor;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
-pub use moving::{FramePose, InFrame, Moving};
+pub use frame::FramePose;
+pub(crate) use frame::cubic;
+pub use moving::{InFrame, Moving};
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use sphere::KeepOutSphere;
 

@@ -2,40 +2,16 @@ use std::any::Any;
 use std::sync::Arc;
 
 use lgvi_dynamics::BodyState;
-use lgvi_lie::{exp, log};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Place, StateConstraint};
+use super::{FramePose, Place, StateConstraint};
 use crate::problem::ParameterError;
-
-/// The pose of a moving frame at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FramePose {
-    /// `x_f`: origin, inertial frame.
-    pub origin: Vector3<f64>,
-    /// `R_f`: rotation matrix, from the frame to the inertial frame.
-    pub rotation: Matrix3<f64>,
-}
-
-impl FramePose {
-    /// The inertial frame.
-    pub const INERTIAL: Self = Self {
-        origin: Vector3::new(0.0, 0.0, 0.0),
-        rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-    };
-
-    /// The point of the frame, in the inertial frame.
-    pub fn point(&self, point: Vector3<f64>) -> Vector3<f64> {
-        self.origin + self.rotation * point
-    }
-}
 
 /// A constraint on the pose relative to a frame that moves in a known way: `g(R_fᵀ (x − x_f), R_fᵀ R)`. The motion of the
 /// frame is data, so that derivatives are those of `g`, turned.
 ///
 /// # Assumptions and limitations
-/// The frame's poses are known at the ends of equal intervals. Between them, at lower resolutions of the solver, they are
-/// interpolated. The derivative of the cost by the final time does not know that the frame moves: a transfer under this
+/// The frame's poses are known at the ends of equal intervals. Between them they are cubics through the four nearest. The derivative of the cost by the final time does not know that the frame moves: a transfer under this
 /// constraint has a fixed final time.
 #[derive(Clone, Debug)]
 pub struct Moving {
@@ -95,18 +71,13 @@ impl Moving {
         let at = ((self.start + time) / self.interval).clamp(0.0, last as f64);
         let before = at.floor();
         let (index, part) = (before as usize, at - before);
-        let [from, to] = [index, (index + 1).min(last)].map(|index| self.poses[index]);
         if part <= ROUNDING {
-            return from;
+            return self.poses[index];
         }
         if part >= 1.0 - ROUNDING {
-            return to;
+            return self.poses[(index + 1).min(last)];
         }
-        let turn = log(&from.rotation.tr_mul(&to.rotation));
-        FramePose {
-            origin: from.origin + part * (to.origin - from.origin),
-            rotation: from.rotation * exp(&(part * turn)),
-        }
+        FramePose::between(&self.poses, index, part)
     }
 
     fn placed(&self, pose: FramePose) -> Placed {
@@ -202,13 +173,6 @@ impl StateConstraint for Moving {
 
     fn at(&self, time: f64) -> Option<Arc<dyn StateConstraint>> {
         Some(Arc::new(self.placed(self.pose(time))))
-    }
-}
-
-impl FramePose {
-    /// A position of the inertial frame, in this frame.
-    pub fn seen(&self, position: &Vector3<f64>) -> Vector3<f64> {
-        self.rotation.tr_mul(&(position - self.origin))
     }
 }
 

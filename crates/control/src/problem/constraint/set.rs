@@ -14,6 +14,8 @@ pub(crate) struct InequalitySet {
     pub(crate) command: Vec<CommandInequality>,
     /// Inequalities on the state at the end of each step.
     pub(crate) state: Vec<StateInequality>,
+    /// True if those on states hold at the ends of steps only.
+    pub(crate) only_at_ends: bool,
 }
 
 /// A state constraint of a transfer in its own units.
@@ -26,6 +28,8 @@ pub(crate) struct StateInequality {
     units: Units,
     /// The allowed violation.
     slack: f64,
+    /// By how much it is tightened at the end of each interval; empty if it is nowhere.
+    margins: Arc<[f64]>,
     /// Time of the transfer's start, in the units of the constraint.
     start: f64,
 }
@@ -57,6 +61,7 @@ impl InequalitySet {
                         .unwrap_or_else(|| constraint.clone()),
                     units: Units::ones(),
                     slack: 0.0,
+                    margins: Arc::default(),
                     start: 0.0,
                 }),
             }
@@ -92,18 +97,36 @@ impl InequalitySet {
                 .map(|row| row.of(&commands).normalized())
                 .collect(),
             state: self.state.iter().map(state).collect(),
+            only_at_ends: self.only_at_ends,
         }
     }
 
-    /// The inequalities of the transfer that starts `time` later.
-    pub(crate) fn later(&self, time: f64) -> Self {
+    /// The inequalities of the transfer that starts so many intervals of length `h` later.
+    pub(crate) fn later(&self, h: f64, intervals: usize) -> Self {
         let state = |row: &StateInequality| StateInequality {
-            start: row.start + time,
+            start: row.start + h * intervals as f64,
+            margins: row.margins.get(intervals..).unwrap_or_default().into(),
             ..row.clone()
         };
         Self {
             command: self.command.clone(),
             state: self.state.iter().map(state).collect(),
+            only_at_ends: self.only_at_ends,
+        }
+    }
+
+    /// The inequalities, those on states tightened at the end of each interval: `g ≤ −margin`. There is one list of margins
+    /// by interval for each of them.
+    pub(crate) fn tightened(&self, margins: Vec<Vec<f64>>) -> Self {
+        let rows = self.state.iter().zip(margins);
+        let state = rows.map(|(row, margins)| StateInequality {
+            margins: margins.into(),
+            ..row.clone()
+        });
+        Self {
+            command: self.command.clone(),
+            state: state.collect(),
+            only_at_ends: self.only_at_ends,
         }
     }
 
@@ -116,6 +139,7 @@ impl InequalitySet {
         Self {
             command: self.command.iter().map(|row| row.relaxed(slack)).collect(),
             state: self.state.iter().map(state).collect(),
+            only_at_ends: self.only_at_ends,
         }
     }
 }
@@ -124,6 +148,13 @@ impl StateInequality {
     /// The coordinate that it depends on.
     pub(crate) fn place(&self) -> Place {
         self.constraint.place()
+    }
+
+    /// The part of each of `intervals` intervals, from 0 to 1, in which the inequality applies; empty if it is not a range.
+    pub(crate) fn within(&self, interval: usize, intervals: usize) -> [f64; 2] {
+        let range = self.constraint.applies();
+        let part = |end: &f64| (end * intervals as f64 - interval as f64).clamp(0.0, 1.0);
+        [part(range.start()), part(range.end())]
     }
 
     /// For each of `intervals` intervals, true if the inequality applies at its end.
@@ -137,13 +168,27 @@ impl StateInequality {
     pub(crate) fn through(&self, h: f64, intervals: usize) -> Vec<Self> {
         let h = h * self.units.time();
         let at = |end: usize| {
-            let constraint = self.constraint.at(self.start + h * end as f64)?;
+            let moved = self.constraint.at(self.start + h * end as f64);
+            let margin = self.margins.get(end - 1);
+            if moved.is_none() && margin.is_none() {
+                return None;
+            }
             Some(Self {
-                constraint,
+                constraint: moved.unwrap_or_else(|| self.constraint.clone()),
+                slack: self.slack - margin.unwrap_or(&0.0),
                 ..self.clone()
             })
         };
         (1..=intervals).map_while(at).collect()
+    }
+
+    /// `g` at a time after the start of the transfer, without slack and margins.
+    pub(crate) fn value_at(&self, time: f64, state: &BodyState) -> f64 {
+        let state = self.units.state(state);
+        match self.constraint.at(self.start + time * self.units.time()) {
+            Some(moved) => moved.value(&state),
+            None => self.constraint.value(&state),
+        }
     }
 
     /// The unit of the coordinate.

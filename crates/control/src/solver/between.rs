@@ -1,0 +1,233 @@
+//! Inequalities on states between the ends of steps.
+//!
+//! A plan holds them at the ends of its steps. Where the motion of a step exceeds one in between, it is tightened at both ends
+//! of the step, and the plan is solved again from where it is, until no step exceeds any.
+
+
+use super::attempt::Solver;
+use super::class::Class;
+use super::constrained::tolerances;
+use super::crest::highest;
+use super::error::PlanError;
+use crate::Plan;
+use crate::discrete::Within;
+use crate::problem::InequalitySet;
+
+/// Maximum number of plans with tightened inequalities.
+const ROUNDS: u32 = 24;
+/// Maximum number of times that a tightening is halved because no plan was found.
+const HALVINGS: u32 = 3;
+/// The most that a tightening may be extrapolated, in multiples of what is exceeded.
+const FARTHEST: f64 = 4.0;
+
+/// What an inequality reaches in a step.
+#[derive(Clone, Copy, Debug)]
+struct Reached {
+    /// By how much it is exceeded, beyond what it is at fixed ends.
+    excess: f64,
+    /// The greater of the values at those ends that are planned, or `None` if neither is.
+    ends: Option<f64>,
+}
+
+/// By how much an inequality is tightened at the ends of a step.
+#[derive(Clone, Copy, Debug, Default)]
+struct Margin {
+    amount: f64,
+    /// The last tightening, and by how much the inequality was exceeded before it.
+    last: Option<[f64; 2]>,
+}
+
+impl Margin {
+    /// Tightens more, by what is reached: first by all that a step exceeds its ends, then by secants.
+    fn raise(&mut self, reached: &Reached, aim: f64) {
+        let Some(ends) = reached.ends else {
+            return;
+        };
+        let excess = reached.excess + aim;
+        // What is not active yet has no effect.
+        let idle = (-ends - self.amount).max(0.0);
+        let factor = match self.last {
+            Some([raised, before]) if before > excess && idle < raised => {
+                (raised / (before - excess)).clamp(1.0, FARTHEST)
+            }
+            _ => 1.0,
+        };
+        let raised = factor * excess + idle;
+        self.amount += raised;
+        self.last = Some([raised, excess]);
+    }
+}
+
+impl<C> Solver<'_, C> {
+    /// A plan near one that holds the inequalities on states at the ends of steps, which holds them between the ends too.
+    /// Returns `plan` itself if it does.
+    pub(super) fn between<const X: usize, const U: usize>(
+        &mut self,
+        mut plan: Plan,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let set = &self.transfer.inequalities;
+        if set.state.is_empty() || set.only_at_ends {
+            return Ok(plan);
+        }
+        let tolerance = tolerances(set).violation;
+        let mut margins = vec![vec![Margin::default(); self.transfer.intervals]; set.state.len()];
+        let mut reached = self.reached(&plan);
+        for _ in 0..ROUNDS {
+            let worst = worst(&reached);
+            if worst.excess <= tolerance {
+                let inequality = &mut plan.certificate.inequality;
+                *inequality = inequality.max(worst.excess);
+                return Ok(plan);
+            }
+            let before = margins.clone();
+            for (margins, reached) in margins.iter_mut().zip(&reached) {
+                for (margin, reached) in margins.iter_mut().zip(reached) {
+                    if reached.excess > tolerance {
+                        margin.raise(reached, 0.5 * tolerance);
+                    }
+                }
+            }
+            let Some(next) = self.tightened(&plan, set, &before, &mut margins)? else {
+                break;
+            };
+            plan = next;
+            reached = self.reached(&plan);
+        }
+        let Worst { row, step, excess } = worst(&reached);
+        let inequality = &set.state[row];
+        Err(PlanError::Between {
+            constraint: inequality.index,
+            step,
+            violation: inequality.excess(excess),
+            best: Some(Box::new(plan)),
+        })
+    }
+
+    /// The plan from `plan` with margins. If there is none, tries margins nearer to those before. Returns `None` if there is
+    /// still none.
+    fn tightened<const X: usize, const U: usize>(
+        &mut self,
+        plan: &Plan,
+        set: &InequalitySet,
+        before: &[Vec<Margin>],
+        margins: &mut [Vec<Margin>],
+    ) -> Result<Option<Plan>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        for _ in 0..=HALVINGS {
+            let tightened = set.tightened(self.by_end(margins));
+            let Some((newton, forces)) = self.known(plan)? else {
+                return Ok(None);
+            };
+            match self.impose(newton, Some(&forces), &tightened) {
+                Ok(plan) => return Ok(Some(plan)),
+                Err(stopped @ PlanError::Stopped { .. }) => return Err(stopped),
+                Err(_) => (),
+            }
+            let all = margins.iter_mut().flatten();
+            for (margin, before) in all.zip(before.iter().flatten()) {
+                margin.amount = 0.5 * (margin.amount + before.amount);
+                margin.last = None;
+            }
+        }
+        Ok(None)
+    }
+
+    /// The margins of each inequality at the planned ends of steps: the greater of those of both steps.
+    fn by_end<const X: usize, const U: usize>(&self, margins: &[Vec<Margin>]) -> Vec<Vec<f64>>
+    where
+        C: Class<X, U>,
+    {
+        let intervals = self.transfer.intervals;
+        let rows = self.transfer.inequalities.state.iter().zip(margins);
+        let ends = rows.map(|(row, margins)| {
+            let planned = self.given().planned(row.place(), C::OFFSETS, intervals);
+            let at = |step: usize| margins.get(step).map_or(0.0, |margin| margin.amount);
+            let end = |interval: usize| match planned.contains(&interval) {
+                true => at(interval).max(at(interval + 1)),
+                false => 0.0,
+            };
+            (0..intervals).map(end).collect()
+        });
+        ends.collect()
+    }
+
+    /// What each inequality on states reaches in each step of a plan.
+    fn reached<const X: usize, const U: usize>(&self, plan: &Plan) -> Vec<Vec<Reached>>
+    where
+        C: Class<X, U>,
+    {
+        let transfer = self.transfer;
+        let (h, intervals) = (transfer.h, transfer.intervals);
+        let pairs = plan.states.windows(2).enumerate();
+        let motions: Vec<_> = pairs
+            .map(|(step, pair)| Within::new(transfer, step, &pair[0], &pair[1]))
+            .collect();
+        let rows = transfer.inequalities.state.iter();
+        let row = rows.map(|row| {
+            let planned = self.given().planned(row.place(), C::OFFSETS, intervals);
+            let reached = |(step, motion): (usize, &Within<'_>)| {
+                let nowhere = Reached {
+                    excess: f64::NEG_INFINITY,
+                    ends: None,
+                };
+                let range = row.within(step, intervals);
+                if planned.is_empty() || range[0] >= range[1] {
+                    return nowhere;
+                }
+                let g = |part: f64| {
+                    let state = if part == 1.0 {
+                        plan.states[step + 1]
+                    } else {
+                        motion.at(part)
+                    };
+                    row.value_at(h * (step as f64 + part), &state)
+                };
+                let free = |end: usize| end > 0 && planned.contains(&(end - 1));
+                let ends = [(step, range[0]), (step + 1, range[1])].map(|(end, part)| {
+                    let value = g(part);
+                    if free(end) { (Some(value), 0.0) } else { (None, value) }
+                });
+                let allowed = ends[0].1.max(ends[1].1).max(0.0);
+                let ends = [ends[0].0, ends[1].0].into_iter().flatten();
+                Reached {
+                    excess: highest(range, g) - allowed,
+                    ends: ends.reduce(f64::max),
+                }
+            };
+            motions.iter().enumerate().map(reached).collect()
+        });
+        row.collect()
+    }
+}
+
+/// The inequality that is exceeded the most, and where.
+struct Worst {
+    row: usize,
+    step: usize,
+    excess: f64,
+}
+
+fn worst(reached: &[Vec<Reached>]) -> Worst {
+    let mut worst = Worst {
+        row: 0,
+        step: 0,
+        excess: 0.0,
+    };
+    for (row, steps) in reached.iter().enumerate() {
+        for (step, Reached { excess, .. }) in steps.iter().enumerate() {
+            if *excess > worst.excess {
+                worst = Worst {
+                    row,
+                    step,
+                    excess: *excess,
+                };
+            }
+        }
+    }
+    worst
+}

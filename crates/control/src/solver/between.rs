@@ -17,6 +17,11 @@ use crate::problem::InequalitySet;
 const ROUNDS: u32 = 24;
 /// Maximum number of times that a tightening is halved because no plan was found.
 const HALVINGS: u32 = 3;
+/// Number of first rounds in which an inequality that is tightened by this much more than necessary is released again.
+const RELEASES: u32 = 8;
+const TOO_MUCH: f64 = 1e-4;
+/// Part of a margin within which a value is at it.
+const ACTIVE: f64 = 1e-3;
 /// The most that a tightening may be extrapolated, in multiples of what is exceeded.
 const FARTHEST: f64 = 4.0;
 
@@ -38,23 +43,34 @@ struct Margin {
 }
 
 impl Margin {
-    /// Tightens more, by what is reached: first by all that a step exceeds its ends, then by secants.
-    fn raise(&mut self, reached: &Reached, aim: f64) {
+    /// Changes the margin by what is reached: first by all that a step exceeds its ends, then by secants.
+    fn adjust(&mut self, reached: &Reached, aim: f64) {
         let Some(ends) = reached.ends else {
             return;
         };
         let excess = reached.excess + aim;
         // What is not active yet has no effect.
-        let idle = (-ends - self.amount).max(0.0);
+        let idle = if excess > 0.0 {
+            (-ends - self.amount).max(0.0)
+        } else {
+            0.0
+        };
         let factor = match self.last {
-            Some([raised, before]) if before > excess && idle < raised => {
-                (raised / (before - excess)).clamp(1.0, FARTHEST)
+            Some([change, before]) if idle <= change.abs() => {
+                let slope = change / (before - excess);
+                if slope > 0.0 { slope.clamp(0.25, FARTHEST) } else { 1.0 }
             }
             _ => 1.0,
         };
-        let raised = factor * excess + idle;
-        self.amount += raised;
-        self.last = Some([raised, excess]);
+        let change = (factor * excess + idle).max(-self.amount);
+        self.amount += change;
+        self.last = Some([change, excess]);
+    }
+
+    /// True if the step is farther from exceeding the inequality than it has to be, because of this margin.
+    fn is_too_much(&self, reached: &Reached) -> bool {
+        let active = |ends: f64| ends >= -self.amount * (1.0 + ACTIVE);
+        self.amount > TOO_MUCH && reached.excess < -TOO_MUCH && reached.ends.is_some_and(active)
     }
 }
 
@@ -75,19 +91,21 @@ impl<C> Solver<'_, C> {
         let tolerance = tolerances(set).violation;
         let mut margins = vec![vec![Margin::default(); self.transfer.intervals]; set.state.len()];
         let mut reached = self.reached(&plan);
-        for _ in 0..ROUNDS {
+        for round in 0..ROUNDS {
             let worst = worst(&reached);
-            if worst.excess <= tolerance {
+            let releases = round < RELEASES;
+            let mut all = margins.iter().flatten().zip(reached.iter().flatten());
+            let too_much = releases && all.any(|(margin, reached)| margin.is_too_much(reached));
+            if worst.excess <= tolerance && !too_much {
                 let inequality = &mut plan.certificate.inequality;
                 *inequality = inequality.max(worst.excess);
                 return Ok(plan);
             }
             let before = margins.clone();
-            for (margins, reached) in margins.iter_mut().zip(&reached) {
-                for (margin, reached) in margins.iter_mut().zip(reached) {
-                    if reached.excess > tolerance {
-                        margin.raise(reached, 0.5 * tolerance);
-                    }
+            let all = margins.iter_mut().flatten().zip(reached.iter().flatten());
+            for (margin, reached) in all {
+                if reached.excess > tolerance || releases && margin.is_too_much(reached) {
+                    margin.adjust(reached, 0.5 * tolerance);
                 }
             }
             let Some(next) = self.tightened(&plan, set, &before, &mut margins)? else {

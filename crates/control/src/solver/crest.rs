@@ -7,8 +7,8 @@ const NARROWINGS: u32 = 32;
 /// The golden section.
 const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
-/// The maximum of `g` from `range[0]` to `range[1]`, or a value below 0 if the maximum is. Of several maxima within the
-/// eighth of the range, one is found.
+/// The maximum of `g` from `range[0]` to `range[1]`, or a value up to 0 if the maximum is. Maxima that are nearer to each
+/// other than an eighth of the range count as one.
 pub(super) fn highest(range: [f64; 2], g: impl Fn(f64) -> f64) -> f64 {
     let width = (range[1] - range[0]) / PARTS as f64;
     let place = |sample: usize| match sample {
@@ -16,20 +16,23 @@ pub(super) fn highest(range: [f64; 2], g: impl Fn(f64) -> f64) -> f64 {
         _ => range[0] + width * sample as f64,
     };
     let values: [f64; PARTS + 1] = std::array::from_fn(|sample| g(place(sample)));
-    let mut best = 0;
-    for (sample, value) in values.iter().enumerate() {
-        if *value > values[best] {
-            best = sample;
+    let mut highest = values.into_iter().fold(f64::NEG_INFINITY, f64::max);
+    for (sample, value) in values.into_iter().enumerate() {
+        let neighbors = [sample.saturating_sub(1), (sample + 1).min(PARTS)];
+        let [before, after] = neighbors.map(|neighbor| values[neighbor]);
+        let middle = sample.clamp(1, PARTS - 1);
+        // A parabola rises above its best sample by up to an eighth of the second difference.
+        let bend = 2.0 * values[middle] - values[middle - 1] - values[middle + 1];
+        if value >= before.max(after) && value + bend.abs() > 0.0 {
+            highest = highest.max(refined(neighbors.map(place), &g));
         }
     }
-    let [before, after] = [best.saturating_sub(1), (best + 1).min(PARTS)];
-    let lower = values[before].min(values[after]);
-    // Between the neighbors, a curve is not higher above its best sample than that is above them.
-    if 2.0 * values[best] <= lower {
-        return values[best];
-    }
-    let [mut low, mut high] = [place(before), place(after)];
-    let mut highest = values[best];
+    highest
+}
+
+/// The maximum in a range that has one.
+fn refined([mut low, mut high]: [f64; 2], g: impl Fn(f64) -> f64) -> f64 {
+    let mut highest = f64::NEG_INFINITY;
     let mut inner = [high - GOLDEN * (high - low), low + GOLDEN * (high - low)];
     let mut found = inner.map(&g);
     for _ in 0..NARROWINGS {
@@ -63,5 +66,16 @@ mod tests {
                 assert!(found <= 0.0);
             }
         }
+    }
+
+    #[test]
+    fn the_higher_of_two_maxima_is_found_even_if_its_samples_are_lower() {
+        // At 0.3125, between samples, and at 0.75, on one.
+        let g = |s: f64| {
+            let [first, second] = [s - 0.3125, s - 0.75].map(|off| 150.0 * off * off);
+            f64::max(1.0 - first, 0.5 - second)
+        };
+        assert!(g(0.75) > g(0.25).max(g(0.375)));
+        assert!((highest([0.0, 1.0], g) - 1.0).abs() < 1e-12);
     }
 }

@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod automatic;
+mod between;
 mod case;
 mod classes;
 mod constraints;

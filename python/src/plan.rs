@@ -304,8 +304,8 @@ impl Plan {
 
     /// Errors of the optimality conditions, which anyone can check: a dict.
     ///
-    /// `stationarity`, `defect` (of the dynamics), `terminal` (miss of the target), `inequality`, `complementarity`: relative
-    /// to the size of each quantity. `condition`: condition number of the map from initial multipliers to the terminal
+    /// `stationarity`, `defect` (of the dynamics), `terminal` (miss of the target), `inequality`, `priced` (violation of
+    /// constraints that have a price), `complementarity`: relative to the size of each quantity. `condition`: condition number of the map from initial multipliers to the terminal
     /// conditions. `sufficient`: whether the plan is known to be a strict local minimum.
     #[getter]
     fn certificate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
@@ -314,6 +314,7 @@ impl Plan {
             defect,
             terminal,
             inequality,
+            priced,
             complementarity,
             condition,
             sufficient,
@@ -324,6 +325,7 @@ impl Plan {
             ("defect", defect),
             ("terminal", terminal),
             ("inequality", inequality),
+            ("priced", priced),
             ("complementarity", complementarity),
             ("condition", condition),
         ] {

@@ -163,7 +163,7 @@ impl<C> Solver<'_, C> {
         let intervals = self.transfer.intervals;
         let rows = self.transfer.inequalities.state.iter().zip(margins);
         let ends = rows.map(|(row, margins)| {
-            let planned = self.given().planned(row.place(), C::OFFSETS, intervals);
+            let planned = self.given().planned(row.coordinates(), C::OFFSETS, intervals);
             let at = |step: usize| margins.get(step).map_or(0.0, |margin| margin.amount);
             let end = |interval: usize| match planned.contains(&interval) {
                 true => at(interval).max(at(interval + 1)),
@@ -187,14 +187,14 @@ impl<C> Solver<'_, C> {
             .collect();
         let rows = transfer.inequalities.state.iter();
         let row = rows.map(|row| {
-            let planned = self.given().planned(row.place(), C::OFFSETS, intervals);
+            let planned = self.given().planned(row.coordinates(), C::OFFSETS, intervals);
             let reached = |(step, motion): (usize, &Within<'_>)| {
                 let nowhere = Reached {
                     excess: f64::NEG_INFINITY,
                     ends: None,
                 };
                 let range = row.within(step, intervals);
-                if planned.is_empty() || range[0] >= range[1] {
+                if row.price.is_some() || planned.is_empty() || range[0] >= range[1] {
                     return nowhere;
                 }
                 let g = |part: f64| {

@@ -7,7 +7,7 @@ use super::error::PlanError;
 use super::progress::{Phase, Start};
 use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces};
 use crate::newton::{Closeness, Ended, Ending, Iterate, Newton, Problem, Tolerances};
-use crate::problem::{InequalitySet, Place, StateInequality};
+use crate::problem::{HalfSet, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
 use crate::{Dynamics, Plan};
 
@@ -143,11 +143,9 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let cost = |inequality: &StateInequality| {
-            let offset = match inequality.place() {
-                Place::Position => C::OFFSETS[0],
-                Place::Attitude => C::OFFSETS[1],
-            };
-            let cheapest = problem.stiffness.fixed_rows::<3>(offset?).min();
+            let [first, second] = inequality.coordinates().groups(C::OFFSETS);
+            let offset = second.or(first)?;
+            let cheapest = problem.stiffness.fixed_rows::<3>(offset).min();
             let moving = inequality.through(self.transfer.h, states.len());
             let at = |interval: usize| moving.get(interval).unwrap_or(inequality);
             let states = states.iter().enumerate();
@@ -305,10 +303,11 @@ impl<C> Solver<'_, C> {
     /// The states that start and target fix.
     pub(super) fn given(&self) -> Given {
         let transfer = self.transfer;
+        let halves = [&transfer.terminal.translation, &transfer.terminal.rotation];
         Given {
             first: transfer.dynamics == Dynamics::LieEuler,
-            last_position: transfer.terminal.translation.fixes_pose(),
-            last_attitude: transfer.terminal.rotation.fixes_pose(),
+            last_poses: halves.map(HalfSet::fixes_pose),
+            last_momenta: halves.map(HalfSet::fixes_momentum),
         }
     }
 }

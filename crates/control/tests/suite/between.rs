@@ -70,15 +70,15 @@ fn position(plan: &Plan, dynamics: Dynamics, step: usize, part: f64) -> Vector3<
     }
 }
 
-/// The attitude in a step, by the control points of its cubic (de Casteljau).
-fn attitude(plan: &Plan, step: usize, part: f64) -> Matrix3<f64> {
-    let [from, to] = [0, 1].map(|end| &plan.states[step + end]);
+/// The attitude in a step of length `h`, by the control points of its cubic (de Casteljau).
+pub fn attitude(body: &RigidBody, h: f64, states: &[BodyState], part: f64) -> Matrix3<f64> {
+    let (from, to) = (&states[0], &states[1]);
     let turn = log(&from.attitude.tr_mul(&to.attitude));
-    let last = right_jacobian_inverse(&turn) * to.angular_velocity(&body());
+    let last = right_jacobian_inverse(&turn) * to.angular_velocity(body);
     let mut points = vec![
         Vector3::zeros(),
-        H / 3.0 * from.angular_velocity(&body()),
-        turn - H / 3.0 * last,
+        h / 3.0 * from.angular_velocity(body),
+        turn - h / 3.0 * last,
         turn,
     ];
     while points.len() > 1 {
@@ -145,7 +145,8 @@ fn slews_past_cones_do_not_cut_through_them() {
         let cone = KeepOutCone::new(axis, direction, half_angle).expect("a cone");
         let inside = |plan: &Plan| {
             deepest(|step, part| {
-                half_angle - (attitude(plan, step, part) * axis).angle(&direction)
+                let attitude = attitude(&body(), H, &plan.states[step..], part);
+                half_angle - (attitude * axis).angle(&direction)
             })
         };
         let cone = Constraint::state(cone);

@@ -18,6 +18,7 @@ mod own;
 mod processing;
 mod replan;
 mod sensitivity;
+mod sights;
 mod targets;
 mod terminal;
 mod thrusters;

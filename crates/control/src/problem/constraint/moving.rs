@@ -4,7 +4,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{FramePose, Place, StateConstraint};
+use super::{ByAttitude, Coordinates, FramePose, StateConstraint};
 use crate::problem::ParameterError;
 
 /// A constraint on the pose relative to a frame that moves in a known way: `g(R_fᵀ (x − x_f), R_fᵀ R)`. The motion of the
@@ -134,8 +134,8 @@ impl StateConstraint for Moving {
         self.constraint.name()
     }
 
-    fn place(&self) -> Place {
-        self.constraint.place()
+    fn coordinates(&self) -> Coordinates {
+        self.constraint.coordinates()
     }
 
     /// `g` at the start.
@@ -146,6 +146,11 @@ impl StateConstraint for Moving {
     /// Those of `g` at the start.
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         self.placed(self.pose(0.0)).derivatives(state)
+    }
+
+    /// Those of `g` at the start.
+    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
+        self.placed(self.pose(0.0)).by_attitude(state)
     }
 
     fn size(&self) -> f64 {
@@ -205,8 +210,8 @@ impl StateConstraint for Placed {
         self.constraint.name()
     }
 
-    fn place(&self) -> Place {
-        self.constraint.place()
+    fn coordinates(&self) -> Coordinates {
+        self.constraint.coordinates()
     }
 
     fn value(&self, state: &BodyState) -> f64 {
@@ -215,14 +220,22 @@ impl StateConstraint for Placed {
 
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.seen(state));
-        match self.place() {
-            Place::Position => {
+        match self.coordinates() {
+            Coordinates::Position | Coordinates::Pose => {
                 let turn = self.pose.rotation;
                 (turn * gradient, turn * hessian * turn.transpose())
             }
-            // ζ is a rotation in the body frame, whatever frame the attitude is seen from.
-            Place::Attitude => (gradient, hessian),
+            // ζ is a rotation in the body frame, whatever frame the attitude is seen from. Momenta are not seen from it.
+            _ => (gradient, hessian),
         }
+    }
+
+    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
+        let seen = self.constraint.by_attitude(&self.seen(state))?;
+        Some(ByAttitude {
+            mixed: self.pose.rotation * seen.mixed,
+            ..seen
+        })
     }
 
     fn size(&self) -> f64 {

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{CommandInequality, Constraint, Place, StateConstraint};
+use super::{ByAttitude, CommandInequality, Constraint, Coordinates, StateConstraint};
 use crate::problem::{Actuation, Command, MAX_COMMANDS, TerminalSet};
 use crate::units::Units;
 
@@ -32,6 +32,8 @@ pub(crate) struct StateInequality {
     margins: Arc<[f64]>,
     /// Time of the transfer's start, in the units of the constraint.
     start: f64,
+    /// The price of a violation, if it is not forbidden.
+    pub(crate) price: Option<f64>,
 }
 
 impl InequalitySet {
@@ -47,10 +49,13 @@ impl InequalitySet {
         let end = target.translation.fixes_pose().then_some(&end.position);
         let mut all = Self::default();
         for (index, constraint) in constraints.iter().enumerate() {
-            match constraint {
+            let price = constraint.price();
+            match constraint.unpriced() {
+                Constraint::Priced(_) => (),
                 Constraint::Commands(constraint) => {
                     for mut row in constraint.inequalities(actuation) {
                         row.index = index;
+                        row.price = price;
                         all.command.push(row);
                     }
                 }
@@ -63,6 +68,7 @@ impl InequalitySet {
                     slack: 0.0,
                     margins: Arc::default(),
                     start: 0.0,
+                    price,
                 }),
             }
         }
@@ -86,15 +92,20 @@ impl InequalitySet {
     /// The inequalities of the transfer in its own units.
     pub(crate) fn in_units(&self, units: &Units) -> Self {
         let commands = SMatrix::from_diagonal(units.commands());
+        let price = |price: Option<f64>| price.map(|price| price / units.cost());
         let state = |row: &StateInequality| StateInequality {
             units: *units,
+            price: price(row.price),
             ..row.clone()
         };
         Self {
             command: self
                 .command
                 .iter()
-                .map(|row| row.of(&commands).normalized())
+                .map(|row| CommandInequality {
+                    price: price(row.price),
+                    ..row.of(&commands).normalized()
+                })
                 .collect(),
             state: self.state.iter().map(state).collect(),
             only_at_ends: self.only_at_ends,
@@ -130,10 +141,13 @@ impl InequalitySet {
         }
     }
 
-    /// The inequalities, each relaxed by `slack`: `g ≤ slack`.
+    /// The inequalities, each relaxed by `slack`: `g ≤ slack`; those with a price stay.
     pub(crate) fn relaxed(&self, slack: f64) -> Self {
         let state = |row: &StateInequality| StateInequality {
-            slack: row.slack + slack,
+            slack: match row.price {
+                None => row.slack + slack,
+                Some(_) => row.slack,
+            },
             ..row.clone()
         };
         Self {
@@ -145,9 +159,9 @@ impl InequalitySet {
 }
 
 impl StateInequality {
-    /// The coordinate that it depends on.
-    pub(crate) fn place(&self) -> Place {
-        self.constraint.place()
+    /// The coordinates that it depends on.
+    pub(crate) fn coordinates(&self) -> Coordinates {
+        self.constraint.coordinates()
     }
 
     /// The part of each of `intervals` intervals, from 0 to 1, in which the inequality applies; empty if it is not a range.
@@ -191,11 +205,13 @@ impl StateInequality {
         }
     }
 
-    /// The unit of the coordinate.
+    /// The unit of the coordinates, of a pose that of the position.
     fn unit(&self) -> f64 {
-        match self.place() {
-            Place::Position => self.units.length(),
-            Place::Attitude => 1.0,
+        match self.coordinates() {
+            Coordinates::Position | Coordinates::Pose => self.units.length(),
+            Coordinates::LinearMomentum => self.units.linear_momentum(),
+            Coordinates::Attitude => 1.0,
+            Coordinates::AngularMomentum => self.units.angular_momentum(),
         }
     }
 
@@ -206,7 +222,10 @@ impl StateInequality {
 
     /// The displacement (rad of the attitude) that changes `g` by 1, to first order at the boundary.
     pub(crate) fn size(&self) -> f64 {
-        self.constraint.size() / self.unit()
+        match self.coordinates() {
+            Coordinates::Pose => self.constraint.size(),
+            _ => self.constraint.size() / self.unit(),
+        }
     }
 
     /// `g(s)` minus the slack.
@@ -219,11 +238,25 @@ impl StateInequality {
         self.constraint.excess(g + self.slack)
     }
 
-    /// The gradient and the symmetric Hessian of `g` by [`StateInequality::place`], with variations as in
+    /// The gradient and the symmetric Hessian of `g` by its coordinates, of a pose by its position, with variations as in
     /// `DiscreteDynamics::moved`.
     pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.units.state(state));
         let unit = self.unit();
         (unit * gradient, (unit * unit) * hessian)
+    }
+
+    /// The derivatives of a `g` on the pose that involve the attitude.
+    pub(crate) fn by_attitude(&self, state: &BodyState) -> ByAttitude {
+        let found = self.constraint.by_attitude(&self.units.state(state));
+        let found = found.unwrap_or(ByAttitude {
+            gradient: Vector3::zeros(),
+            hessian: Matrix3::zeros(),
+            mixed: Matrix3::zeros(),
+        });
+        ByAttitude {
+            mixed: self.unit() * found.mixed,
+            ..found
+        }
     }
 }

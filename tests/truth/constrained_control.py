@@ -230,6 +230,8 @@ def rest_to_rest(turn, duration, inertia):
 
 C_I, C_II = TRUTH["C_i"], TRUTH["C_ii"]
 WHEELS = rest_to_rest([0.4, 0.3, 0.5], 2.0, [1.0, 1.4, 1.9])
+FLYBY = rest_to_rest([0.1, 0.2, 0.3], 2.0, [1.0, 1.4, 1.9])
+FLYBY["bc"].update({"x0": [-1.0, 0.0, 0.0], "xN": [1.0, 0.0, 0.0]})
 CASES = [
     ("force norm", "C_i", C_I, {}, [{"kind": "force_norm", "limit": 7.5}]),
     ("force and moment components", "C_i", C_I, {},
@@ -248,8 +250,10 @@ CASES = [
        "rotation": [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]]}]),
     ("line of sight", "C_i", C_I, {},
      [{"kind": "line_of_sight", "axis": [0.0, 1.0, 0.0], "point": [0.2, 1.2, -0.3], "half_angle": 1.75}]),
-    ("plume", "C_i", C_I, {},
-     [{"kind": "plume", "axis": [1.0, 0.0, 0.0], "point": [0.0, 0.0, 0.0], "half_angle": 0.8, "distance": 0.8}]),
+    ("plume turned away", "flyby", FLYBY, {},
+     [{"kind": "plume", "axis": [0.0, -1.0, 0.0], "point": [0.0, -0.8, 0.1], "half_angle": 0.3, "distance": 3.0}]),
+    ("plume at a distance", "flyby", FLYBY, {},
+     [{"kind": "plume", "axis": [-1.0, 0.0, 0.0], "point": [0.0, -0.8, 0.1], "half_angle": 2.4, "distance": 0.9}]),
     ("sphere with a price", "C_i", C_I, {},
      [{"kind": "keep_out_sphere", "center": [0.4, 0.44, 0.46], "radius": 0.12, "price": 0.5}]),
     ("orbit", "C_i", C_I, {"terminal": {"translation": "orbit", "rotation": "state"}}, []),
@@ -277,7 +281,7 @@ def main():
     about = ("Costs of constrained transfers in N Lie-Euler steps, by constrained_control.py (CasADi %s, IPOPT, "
              "tolerance 1e-11). Sets are those of optimal_control.json, or given under 'sets' in its form; actuators "
              "are columns [force, moment] of unit weight." % ca.__version__)
-    print(json.dumps({"about": about, "sets": {"wheels": WHEELS}, "cases": cases}, indent=1))
+    print(json.dumps({"about": about, "sets": {"wheels": WHEELS, "flyby": FLYBY}, "cases": cases}, indent=1))
 
 
 if __name__ == "__main__":

@@ -135,11 +135,12 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
     let n = number(&case["N"]) as usize;
     let set = case["set"].as_str().expect("a set");
     let given = &file["sets"][set];
+    let identity = Matrix3::identity();
+    let actuation = Actuation::full(&identity, &identity).expect("weights");
     let free = if given.is_null() {
         let base = Case::load(set);
         let plain = base.transfer(n);
         let state = plain.target().state().expect("a state");
-        let actuation = Actuation::full(&Matrix3::identity(), &Matrix3::identity());
         Transfer::new(
             base.body(),
             Central { gm: 1.0 },
@@ -147,12 +148,13 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
             n,
             *plain.initial(),
             terminal(&case["terminal"], &state),
-            actuation.expect("weights"),
+            actuation,
         )
     } else {
         let inertia = Inertia::principal(vector(&given["J"]).into()).expect("inertia");
-        let still = |attitude: &Value| BodyState {
-            position: Vector3::x(),
+        let turns = given["bc"]["x0"] == given["bc"]["xN"];
+        let still = |position: &Value, attitude: &Value| BodyState {
+            position: if turns { Vector3::x() } else { vector(position) },
             linear_momentum: Vector3::zeros(),
             attitude: Matrix3::from_fn(|i, j| number(&attitude[i][j])),
             angular_momentum: Vector3::zeros(),
@@ -162,11 +164,14 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
             Central { gm: 0.0 },
             number(&given["T"]) / n as f64,
             n,
-            still(&given["bc"]["R0"]),
-            still(&given["bc"]["RN"]),
-            wheels(),
+            still(&given["bc"]["x0"], &given["bc"]["R0"]),
+            still(&given["bc"]["xN"], &given["bc"]["RN"]),
+            if turns { wheels() } else { actuation },
         )
-        .map(|transfer| transfer.with_motion(Motion::Rotation))
+        .map(|transfer| match turns {
+            true => transfer.with_motion(Motion::Rotation),
+            false => transfer,
+        })
     };
     let constraints = case["constraints"].as_array().expect("constraints");
     let constraints: Vec<_> = constraints.iter().map(constraint).collect();

@@ -102,9 +102,10 @@ impl InequalitySet {
             command: self
                 .command
                 .iter()
-                .map(|row| CommandInequality {
-                    price: price(row.price),
-                    ..row.of(&commands).normalized()
+                .map(|row| {
+                    let mut own = row.of(&commands).normalized();
+                    own.price = price(row.price);
+                    own
                 })
                 .collect(),
             state: self.state.iter().map(state).collect(),

@@ -158,7 +158,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
         for inequality in &self.commands {
-            sum += penalty.of(inequality.price).value(inequality.value(command));
+            sum += penalty
+                .of(inequality.price)
+                .value(inequality.value(command));
         }
         let rows = &self.state_rows[interval * self.states.len()..];
         for (placed, StateRow { scale, .. }) in self.states.iter().zip(rows) {

@@ -24,7 +24,12 @@ pub(crate) struct Within<'t> {
 
 impl<'t> Within<'t> {
     /// The motion in `step` of `transfer`, from state to state.
-    pub(crate) fn new(transfer: &'t Transfer, step: usize, from: &BodyState, to: &BodyState) -> Self {
+    pub(crate) fn new(
+        transfer: &'t Transfer,
+        step: usize,
+        from: &BodyState,
+        to: &BodyState,
+    ) -> Self {
         let Transfer { body, h, .. } = transfer;
         let turn = log(&from.attitude.tr_mul(&to.attitude));
         let shift = to.position - from.position;

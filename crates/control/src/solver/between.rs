@@ -3,7 +3,6 @@
 //! A plan holds them at the ends of its steps. Where the motion of a step exceeds one in between, it is tightened at both ends
 //! of the step, and the plan is solved again from where it is, until no step exceeds any.
 
-
 use super::attempt::Solver;
 use super::class::Class;
 use super::constrained::tolerances;
@@ -58,7 +57,11 @@ impl Margin {
         let factor = match self.last {
             Some([change, before]) if idle <= change.abs() => {
                 let slope = change / (before - excess);
-                if slope > 0.0 { slope.clamp(0.25, FARTHEST) } else { 1.0 }
+                if slope > 0.0 {
+                    slope.clamp(0.25, FARTHEST)
+                } else {
+                    1.0
+                }
             }
             _ => 1.0,
         };
@@ -163,7 +166,9 @@ impl<C> Solver<'_, C> {
         let intervals = self.transfer.intervals;
         let rows = self.transfer.inequalities.state.iter().zip(margins);
         let ends = rows.map(|(row, margins)| {
-            let planned = self.given().planned(row.coordinates(), C::OFFSETS, intervals);
+            let planned = self
+                .given()
+                .planned(row.coordinates(), C::OFFSETS, intervals);
             let at = |step: usize| margins.get(step).map_or(0.0, |margin| margin.amount);
             let end = |interval: usize| match planned.contains(&interval) {
                 true => at(interval).max(at(interval + 1)),
@@ -187,7 +192,9 @@ impl<C> Solver<'_, C> {
             .collect();
         let rows = transfer.inequalities.state.iter();
         let row = rows.map(|row| {
-            let planned = self.given().planned(row.coordinates(), C::OFFSETS, intervals);
+            let planned = self
+                .given()
+                .planned(row.coordinates(), C::OFFSETS, intervals);
             let reached = |(step, motion): (usize, &Within<'_>)| {
                 let nowhere = Reached {
                     excess: f64::NEG_INFINITY,
@@ -208,7 +215,11 @@ impl<C> Solver<'_, C> {
                 let free = |end: usize| end > 0 && planned.contains(&(end - 1));
                 let ends = [(step, range[0]), (step + 1, range[1])].map(|(end, part)| {
                     let value = g(part);
-                    if free(end) { (Some(value), 0.0) } else { (None, value) }
+                    if free(end) {
+                        (Some(value), 0.0)
+                    } else {
+                        (None, value)
+                    }
                 });
                 let allowed = ends[0].1.max(ends[1].1).max(0.0);
                 let ends = [ends[0].0, ends[1].0].into_iter().flatten();

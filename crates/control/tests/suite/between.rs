@@ -109,10 +109,17 @@ fn flights_past_spheres_do_not_cut_through_them() {
                 1.0 - (position(plan, dynamics, step, part) - center).norm() / radius
             })
         };
-        let at_ends = cold(&free.clone().with_constraints_at_ends(&[sphere.clone()]));
+        let at_ends = cold(
+            &free
+                .clone()
+                .with_constraints_at_ends(std::slice::from_ref(&sphere)),
+        );
         let plan = cold(&free.with_constraints(&[sphere])).expect("a plan");
         let [before, depth] = [inside(&at_ends.expect("a plan")), inside(&plan)];
-        println!("{case}: {before:.1e}, then {depth:.1e}, {:?}", plan.certificate);
+        println!(
+            "{case}: {before:.1e}, then {depth:.1e}, {:?}",
+            plan.certificate
+        );
         assert!(depth <= 1e-6, "{case}: {depth:e}, {before:e} before");
         if before > 1e-5 {
             // The plan passes at no greater distance than it must.
@@ -150,10 +157,17 @@ fn slews_past_cones_do_not_cut_through_them() {
             })
         };
         let cone = Constraint::state(cone);
-        let at_ends = cold(&free.clone().with_constraints_at_ends(&[cone.clone()]));
+        let at_ends = cold(
+            &free
+                .clone()
+                .with_constraints_at_ends(std::slice::from_ref(&cone)),
+        );
         let plan = cold(&free.with_constraints(&[cone])).expect("a plan");
         let [before, depth] = [inside(&at_ends.expect("a plan")), inside(&plan)];
-        println!("{case}: {before:.1e}, then {depth:.1e}, {:?}", plan.certificate);
+        println!(
+            "{case}: {before:.1e}, then {depth:.1e}, {:?}",
+            plan.certificate
+        );
         assert!(depth <= 1e-6, "{case}: {depth:e}, {before:e} before");
         if before > 1e-5 {
             assert!(depth > -5e-3, "{case}: {depth:e}");

@@ -154,7 +154,11 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
         let inertia = Inertia::principal(vector(&given["J"]).into()).expect("inertia");
         let turns = given["bc"]["x0"] == given["bc"]["xN"];
         let still = |position: &Value, attitude: &Value| BodyState {
-            position: if turns { Vector3::x() } else { vector(position) },
+            position: if turns {
+                Vector3::x()
+            } else {
+                vector(position)
+            },
             linear_momentum: Vector3::zeros(),
             attitude: Matrix3::from_fn(|i, j| number(&attitude[i][j])),
             angular_momentum: Vector3::zeros(),
@@ -224,7 +228,9 @@ fn assert_holds(constraint: &Constraint, plan: &Plan) {
         let body = Case::load("C_i").body();
         for state in &plan.states {
             let omega = state.angular_velocity(&body);
-            let found = rate.axis().map_or(omega.norm(), |axis| axis.dot(&omega).abs());
+            let found = rate
+                .axis()
+                .map_or(omega.norm(), |axis| axis.dot(&omega).abs());
             assert!(found <= rate.limit() * (1.0 + 1e-9));
         }
     } else if let Some(speed) = constraint.downcast_ref::<Speed>() {
@@ -232,7 +238,9 @@ fn assert_holds(constraint: &Constraint, plan: &Plan) {
         assert!(speeds.all(|found| found <= speed.limit() * (1.0 + 1e-9)));
     } else if let Some(ellipsoid) = constraint.downcast_ref::<KeepOutEllipsoid>() {
         for state in &plan.states {
-            let arm = ellipsoid.rotation().tr_mul(&(state.position - ellipsoid.center()));
+            let arm = ellipsoid
+                .rotation()
+                .tr_mul(&(state.position - ellipsoid.center()));
             assert!(arm.component_div(&ellipsoid.semi_axes()).norm() >= 1.0 - 1e-9);
         }
     } else if let Some(sight) = constraint.downcast_ref::<LineOfSight>() {

@@ -63,7 +63,10 @@ fn written(rng: &mut fastrand::Rng) -> Vec<Written> {
     let plume = Plume::new(axis, apex, plume_angle, reach).expect("a plume");
     let rate = AngularRate::new(0.7, &inertia).expect("a rate");
     let depth = move |s: &Moved, center: Vector3<f64>, axes: Matrix3<f64>| {
-        let arm = product(&rows(&axes.transpose()), minus(s.position, constant(&center)));
+        let arm = product(
+            &rows(&axes.transpose()),
+            minus(s.position, constant(&center)),
+        );
         let arm: [Number; 3] = std::array::from_fn(|i| arm[i] / semi_axes[i]);
         -dot(arm, arm) + 1.0
     };
@@ -216,7 +219,9 @@ fn all_derivatives(
             (0, 6, found.mixed),
             (6, 0, found.mixed.transpose()),
         ] {
-            hessian.fixed_view_mut::<3, 3>(row, column).copy_from(&block);
+            hessian
+                .fixed_view_mut::<3, 3>(row, column)
+                .copy_from(&block);
         }
     }
     (gradient, hessian)

@@ -5,8 +5,8 @@ use lgvi_control::constraint::{
     Speed, StateConstraint,
 };
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, Motion, NewtonSettings, Place, Plan, PlanError, Start, Terminal,
-    Transfer, solve,
+    Actuation, Constraint, Dynamics, Motion, NewtonSettings, Place, Plan, PlanError, Start,
+    Terminal, Transfer, solve,
 };
 use lgvi_dynamics::gravity::Sources;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -77,9 +77,7 @@ fn densely(plan: &Plan, of: impl Fn(f64, &BodyState) -> f64) -> f64 {
             let t = H * part;
             let force = plan.controls[step].force / body().mass();
             let state = BodyState {
-                position: pair[0].position
-                    + t * pair[0].velocity(&body())
-                    + 0.5 * t * t * force,
+                position: pair[0].position + t * pair[0].velocity(&body()) + 0.5 * t * t * force,
                 attitude: attitude(&body(), H, pair, part),
                 ..pair[0]
             };
@@ -93,14 +91,22 @@ fn densely(plan: &Plan, of: impl Fn(f64, &BodyState) -> f64) -> f64 {
 fn rates_keep_their_limits() {
     let turned = exp(&Vector3::new(1.0, -0.8, 0.6));
     let still = resting(Vector3::zeros(), Matrix3::identity());
-    let free = transfer(still, to(resting(Vector3::zeros(), turned)), Motion::Rotation);
+    let free = transfer(
+        still,
+        to(resting(Vector3::zeros(), turned)),
+        Motion::Rotation,
+    );
     let body_now = body();
     let inertia = body_now.inertia();
     let rate = |state: &BodyState| state.angular_velocity(&body()).norm();
     let limit = AngularRate::new(0.9, inertia).expect("a limit");
     let [bound, loose] = both(&free, limit);
     assert!(most(&loose, rate) > 1.0);
-    assert!((most(&bound, rate) - 0.9).abs() < 1e-8, "{}", most(&bound, rate));
+    assert!(
+        (most(&bound, rate) - 0.9).abs() < 1e-8,
+        "{}",
+        most(&bound, rate)
+    );
 
     let axis = Vector3::new(1.0, 0.2, 0.0).normalize();
     let about = |state: &BodyState| state.angular_velocity(&body()).dot(&axis).abs();
@@ -115,7 +121,11 @@ fn rates_keep_their_limits() {
 #[test]
 fn a_speed_keeps_its_limit_at_the_cost_of_the_calculus_of_variations() {
     let end = resting(Vector3::new(4.0, 0.0, 0.0), Matrix3::identity());
-    let free = transfer(resting(Vector3::zeros(), Matrix3::identity()), to(end), Motion::Translation);
+    let free = transfer(
+        resting(Vector3::zeros(), Matrix3::identity()),
+        to(end),
+        Motion::Translation,
+    );
     let speed = |state: &BodyState| state.velocity(&body()).norm();
     let [bound, loose] = both(&free, Speed::new(2.4, 2.0).expect("a limit"));
     assert!((most(&loose, speed) - 3.0).abs() < 0.01);
@@ -123,7 +133,11 @@ fn a_speed_keeps_its_limit_at_the_cost_of_the_calculus_of_variations() {
     let tau = 1.5 * (H * INTERVALS as f64 - 4.0 / 2.4);
     // Twice ½ ∫ F² dt.
     let cost = 4.0 * 2.0 * 2.0 * 2.4 * 2.4 / (3.0 * tau);
-    assert!((bound.cost / cost - 1.0).abs() < 5e-3, "{} {cost}", bound.cost);
+    assert!(
+        (bound.cost / cost - 1.0).abs() < 5e-3,
+        "{} {cost}",
+        bound.cost
+    );
 }
 
 /// Around an ellipsoid that tumbles along with a body that drifts.
@@ -188,19 +202,24 @@ fn a_point_is_kept_in_sight_by_position_and_attitude() {
 #[test]
 fn one_half_of_the_motion_keeps_a_point_in_sight() {
     let point = Vector3::new(0.0, 1.5, 0.0);
-    let mut start = resting(Vector3::new(-1.0, 0.0, 0.0), exp(&Vector3::new(0.0, 0.0, 0.9)));
+    let mut start = resting(
+        Vector3::new(-1.0, 0.0, 0.0),
+        exp(&Vector3::new(0.0, 0.0, 0.9)),
+    );
     start.linear_momentum = Vector3::new(2.0, 0.0, 0.0);
     let end = resting(Vector3::zeros(), exp(&Vector3::new(0.0, 0.0, 2.2)));
-    let sight = |half_angle: f64| {
-        LineOfSight::new(Vector3::x(), point, half_angle).expect("a sight")
-    };
+    let sight =
+        |half_angle: f64| LineOfSight::new(Vector3::x(), point, half_angle).expect("a sight");
     let off = |_: f64, state: &BodyState| {
         (state.attitude * Vector3::x()).angle(&(point - state.position))
     };
     let turning = transfer(start, to(end), Motion::Rotation);
     let [bound, loose] = both(&turning, sight(0.12));
     let [kept, lost] = [densely(&bound, off), densely(&loose, off)];
-    assert!(lost > 0.13 && kept <= 0.12 + 1e-6 && kept > 0.119, "{lost} {kept}");
+    assert!(
+        lost > 0.13 && kept <= 0.12 + 1e-6 && kept > 0.119,
+        "{lost} {kept}"
+    );
 
     // It starts to the side.
     let facing = exp(&Vector3::new(0.0, 0.0, std::f64::consts::FRAC_PI_2));
@@ -214,7 +233,10 @@ fn one_half_of_the_motion_keeps_a_point_in_sight() {
     let sight = LineOfSight::new(Vector3::x(), point, 0.9 * lost).expect("a sight");
     let [bound, _] = both(&moving, sight);
     let kept = densely(&bound, off);
-    assert!((-1e-3..=1e-6).contains(&(kept - 0.9 * lost)), "{kept} {lost}");
+    assert!(
+        (-1e-3..=1e-6).contains(&(kept - 0.9 * lost)),
+        "{kept} {lost}"
+    );
 }
 
 /// On the way past a point, the plume along the body's −x is turned away or the point is left at a distance.
@@ -235,7 +257,10 @@ fn a_plume_does_not_reach_a_point() {
     let [bound, loose] = both(&free, plume);
     let [kept, lost] = [densely(&bound, reached), densely(&loose, reached)];
     println!("{kept:e} {lost}");
-    assert!(lost > 0.04 && kept <= 1e-5 && kept > -1e-2, "{kept:e} {lost}");
+    assert!(
+        lost > 0.04 && kept <= 1e-5 && kept > -1e-2,
+        "{kept:e} {lost}"
+    );
 }
 
 /// With a price, the depth in a sphere is that at which the next bit of it would cost as much: there is none above the
@@ -251,18 +276,29 @@ fn a_price_buys_what_it_is_worth() {
     let sphere = Constraint::state(sphere);
     let depth = |state: &BodyState| 0.5 * (1.0 - state.position.norm_squared() / 0.36);
     let loose = planned(&free);
-    let hard = planned(&free.clone().with_constraints_at_ends(&[sphere.clone()]));
+    let hard = planned(
+        &free
+            .clone()
+            .with_constraints_at_ends(std::slice::from_ref(&sphere)),
+    );
     let mut last = [most(&loose, depth), loose.cost];
     for price in [1e-3, 0.3, 1.0, 3.0, 1e3] {
         let priced = sphere.clone().priced(price).expect("a price");
         let plan = planned(&free.clone().with_constraints(&[priced]));
         let now = [most(&plan, depth), plan.cost];
-        assert!(now[0] < last[0] && now[1] > last[1], "{price}: {now:?}, {last:?}");
+        assert!(
+            now[0] < last[0] && now[1] > last[1],
+            "{price}: {now:?}, {last:?}"
+        );
         assert!((plan.certificate.priced - now[0].max(0.0)).abs() < 1e-12);
         assert_eq!(plan.certificate.inequality, 0.0);
         last = now;
     }
-    assert!(last[0] < 1e-6 && (last[1] / hard.cost - 1.0).abs() < 1e-6, "{last:?}, {}", hard.cost);
+    assert!(
+        last[0] < 1e-6 && (last[1] / hard.cost - 1.0).abs() < 1e-6,
+        "{last:?}, {}",
+        hard.cost
+    );
 }
 
 /// A start in a sphere, and a target in another, are infeasible unless they have a price.
@@ -278,11 +314,18 @@ fn what_is_infeasible_has_a_plan_at_a_price() {
     let settings = NewtonSettings::default();
     let hard = free.clone().with_constraints(&spheres);
     let refused = solve(&hard, Start::Cold, &settings, |_| true);
-    assert!(matches!(refused, Err(PlanError::Infeasible { .. })), "{refused:?}");
+    assert!(
+        matches!(refused, Err(PlanError::Infeasible { .. })),
+        "{refused:?}"
+    );
     let priced = spheres.map(|sphere| sphere.priced(2.0).expect("a price"));
     let plan = planned(&free.with_constraints(&priced));
     // The target is fixed and has no row; near it there is one.
-    assert!((0.3..0.5).contains(&plan.certificate.priced), "{}", plan.certificate.priced);
+    assert!(
+        (0.3..0.5).contains(&plan.certificate.priced),
+        "{}",
+        plan.certificate.priced
+    );
     let tight = NormLimit::new(Place::Position, 1.0).expect("a limit");
     let weak = Constraint::commands(tight).priced(1e-2).expect("a price");
     let plan = planned(&hardly(weak));

@@ -48,8 +48,7 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
     let given = &file.constraints;
     let predicted = &mut predictions;
-    let constraints =
-        constraints::constraints(scene, rigid, given, motion, &actuation, predicted)?;
+    let constraints = constraints::constraints(scene, rigid, given, motion, &actuation, predicted)?;
     let maneuver = Maneuver {
         body,
         target,

@@ -126,29 +126,53 @@ fn limits_on_rates_ellipsoids_sights_and_plumes_are_read_with_their_prices() {
     .map(|constraint| constraint.expect("a constraint"));
     assert_eq!(maneuver.constraints, expected);
     assert_eq!(maneuver.constraints[2].price(), Some(7.0));
-    assert_ne!(maneuver.constraints[2], Constraint::state(Speed::new(3.0, body.mass()).expect("a speed")));
+    assert_ne!(
+        maneuver.constraints[2],
+        Constraint::state(Speed::new(3.0, body.mass()).expect("a speed"))
+    );
 }
 
 #[test]
 fn constraints_out_of_range_are_refused_with_their_keys() {
     for (text, key) in [
         ("kind = \"angular_rate\", limit = 0", "constraints[0].limit"),
-        ("kind = \"angular_rate\", limit = 1, axis = [0, 0, 0]", "constraints[0].axis"),
+        (
+            "kind = \"angular_rate\", limit = 1, axis = [0, 0, 0]",
+            "constraints[0].axis",
+        ),
         ("kind = \"speed\", limit = -1.0", "constraints[0].limit"),
-        ("kind = \"speed\", limit = 1.0, price = 0.0", "constraints[0].price"),
-        ("kind = \"keep_out_ellipsoid\", center = [9, 9, 9], semi_axes = [1, 0, 1]", "constraints[0].semi_axes"),
+        (
+            "kind = \"speed\", limit = 1.0, price = 0.0",
+            "constraints[0].price",
+        ),
+        (
+            "kind = \"keep_out_ellipsoid\", center = [9, 9, 9], semi_axes = [1, 0, 1]",
+            "constraints[0].semi_axes",
+        ),
         (
             "kind = \"keep_out_ellipsoid\", center = [9, 9, 9], semi_axes = [1, 1, 1], attitude = { w = 0, x = 0, y = 0, z = 0 }",
             "constraints[0].attitude",
         ),
-        ("kind = \"line_of_sight\", axis = [1, 0, 0], point = [1, 2, 3], half_angle = 4.0", "constraints[0].half_angle"),
-        ("kind = \"plume\", axis = [1, 0, 0], point = [1, 2, 3], half_angle = 0.2, distance = 0", "constraints[0].distance"),
+        (
+            "kind = \"line_of_sight\", axis = [1, 0, 0], point = [1, 2, 3], half_angle = 4.0",
+            "constraints[0].half_angle",
+        ),
+        (
+            "kind = \"plume\", axis = [1, 0, 0], point = [1, 2, 3], half_angle = 0.2, distance = 0",
+            "constraints[0].distance",
+        ),
     ] {
         let keys = format!("constraints = [{{ {text} }}]");
         assert_refused(&self::text(&keys, STATE), &[key]);
     }
     let turning = "motion = \"rotation\"\nconstraints = [{ kind = \"speed\", limit = 1.0 }]";
-    assert_refused(&text(turning, "attitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0.1, 0, 0]"), &["constraints[0].kind"]);
+    assert_refused(
+        &text(
+            turning,
+            "attitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0.1, 0, 0]",
+        ),
+        &["constraints[0].kind"],
+    );
 }
 
 #[test]

@@ -11,8 +11,9 @@ use crate::problem::ParameterError;
 /// frame is data, so that derivatives are those of `g`, turned.
 ///
 /// # Assumptions and limitations
-/// The frame's poses are known at the ends of equal intervals. Between them they are cubics through the four nearest. The derivative of the cost by the final time does not know that the frame moves: a transfer under this
-/// constraint has a fixed final time.
+/// The frame's poses are known at the ends of equal intervals. Between them they are cubics through the four nearest. The
+/// derivative of the cost by the final time does not know that the frame moves: a transfer under this constraint has a fixed
+/// final time.
 #[derive(Clone, Debug)]
 pub struct Moving {
     constraint: Arc<dyn StateConstraint>,

@@ -128,7 +128,8 @@ impl StateConstraint for Plume {
         let (distance, distance_twice) = sight.distance_by_position();
         let (a, b) = (cosine / self.sine, distance / -self.distance);
         let mixed = second[1] * a * b.transpose();
-        let hessian = first[0] / self.sine * cosine_twice - first[1] / self.distance * distance_twice
+        let hessian = first[0] / self.sine * cosine_twice
+            - first[1] / self.distance * distance_twice
             + second[0] * a * a.transpose()
             + mixed
             + mixed.transpose()

@@ -323,9 +323,7 @@ fn constraint(
         }
         File::Speed { limit, .. } => Constraint::state(Speed::new(*limit, body.mass())?),
         File::KeepOutEllipsoid {
-            center,
-            semi_axes,
-            ..
+            center, semi_axes, ..
         } => {
             let (center, semi_axes) = ((*center).into(), (*semi_axes).into());
             state(KeepOutEllipsoid::new(center, semi_axes, axes)?, frame)?

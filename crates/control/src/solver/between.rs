@@ -12,6 +12,8 @@ use crate::Plan;
 use crate::discrete::Within;
 use crate::problem::InequalitySet;
 
+/// By how much an inequality may be exceeded between the ends of steps, unless rounding makes more of it.
+const TOLERANCE: f64 = 1e-7;
 /// Maximum number of plans with tightened inequalities.
 const ROUNDS: u32 = 24;
 /// Maximum number of times that a tightening is halved because no plan was found.
@@ -82,7 +84,7 @@ impl<C> Solver<'_, C> {
     /// Returns `plan` itself if it does.
     pub(super) fn between<const X: usize, const U: usize>(
         &mut self,
-        mut plan: Plan,
+        plan: Plan,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
@@ -91,8 +93,56 @@ impl<C> Solver<'_, C> {
         if set.state.is_empty() || set.only_at_ends {
             return Ok(plan);
         }
-        let tolerance = tolerances(set).violation;
-        let mut margins = vec![vec![Margin::default(); self.transfer.intervals]; set.state.len()];
+        let margins = vec![Margin::default(); self.transfer.intervals];
+        self.settled(plan, vec![margins; set.state.len()])
+    }
+
+    /// The plan from a similar one that holds the inequalities between the ends of steps by margins: with these margins first.
+    /// Returns `None` if it has none, or if there is no plan with them.
+    pub(super) fn between_as<const X: usize, const U: usize>(
+        &mut self,
+        similar: &Plan,
+    ) -> Result<Option<Plan>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let set = &self.transfer.inequalities;
+        let comparable = similar.states.len() == self.transfer.intervals + 1;
+        if set.state.is_empty() || set.only_at_ends || !comparable {
+            return Ok(None);
+        }
+        let tolerance = tolerances(set).violation.max(TOLERANCE);
+        let kept = |reached: &Reached| {
+            let touches = (-TOO_MUCH..=tolerance).contains(&reached.excess);
+            let amount = reached.ends.filter(|ends| touches && *ends < -tolerance);
+            Margin {
+                amount: amount.map_or(0.0, |ends| -ends),
+                last: None,
+            }
+        };
+        let rows = self.reached(similar).into_iter();
+        let mut margins: Vec<Vec<_>> = rows.map(|row| row.iter().map(kept).collect()).collect();
+        if margins.iter().flatten().all(|margin| margin.amount == 0.0) {
+            return Ok(None);
+        }
+        let before = margins.clone();
+        match self.tightened(similar, set, &before, &mut margins)? {
+            Some(plan) => self.settled(plan, margins).map(Some),
+            None => Ok(None),
+        }
+    }
+
+    /// [`Solver::between`] for a plan with these margins.
+    fn settled<const X: usize, const U: usize>(
+        &mut self,
+        mut plan: Plan,
+        mut margins: Vec<Vec<Margin>>,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let set = &self.transfer.inequalities;
+        let tolerance = tolerances(set).violation.max(TOLERANCE);
         let mut reached = self.reached(&plan);
         for round in 0..ROUNDS {
             let worst = worst(&reached);

@@ -27,6 +27,11 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
+        if let Start::Warm(plan) = start
+            && let Some(plan) = self.between_as(plan)?
+        {
+            return Ok(plan);
+        }
         let plan = self.at_ends(start, again)?;
         self.between(plan)
     }

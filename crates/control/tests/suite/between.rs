@@ -126,7 +126,7 @@ fn flights_past_spheres_do_not_cut_through_them() {
             assert!(depth > -1e-3, "{case}: {depth:e}");
             cut += 1;
         }
-        assert!(plan.certificate.inequality <= 1e-9 && plan.certificate.sufficient);
+        assert!(plan.certificate.inequality <= 1e-7 && plan.certificate.sufficient);
         assert!(depth <= plan.certificate.inequality + 1e-12);
     }
     assert!(cut >= 20, "{cut}");
@@ -173,7 +173,7 @@ fn slews_past_cones_do_not_cut_through_them() {
             assert!(depth > -5e-3, "{case}: {depth:e}");
             cut += 1;
         }
-        assert!(plan.certificate.inequality <= 1e-9);
+        assert!(plan.certificate.inequality <= 1e-7);
     }
     assert!(cut >= 12, "{cut}");
 }
@@ -204,7 +204,7 @@ fn the_frame_of_a_constraint_moves_within_steps() {
     let resting = cold(&resting.with_constraints(&[Constraint::state(sphere)])).expect("a plan");
     let frame = Moving::new(sphere, poses, H).expect("a moving sphere");
     let moving = cold(&moving.with_constraints(&[Constraint::state(frame)])).expect("a plan");
-    assert!((moving.cost / resting.cost - 1.0).abs() < 1e-8);
+    assert!((moving.cost / resting.cost - 1.0).abs() < 1e-6);
     let depth = deepest(|step, part| {
         let origin = H * (step as f64 + part) * drift + center;
         1.0 - (position(&moving, Dynamics::Lgvi, step, part) - origin).norm() / 0.8
@@ -229,6 +229,37 @@ fn what_holds_between_the_ends_anyway_is_planned_as_if_it_held_there_only() {
     };
     let between = count(&free.clone().with_constraints(&beside));
     assert_eq!(between, count(&free.with_constraints_at_ends(&beside)));
+}
+
+/// A plan that starts from one with margins keeps them.
+#[test]
+fn a_plan_from_itself_takes_few_iterations() {
+    let count = |transfer: &Transfer, start: Start<'_>| {
+        let mut iterations = 0;
+        let plan = solve(transfer, start, &NewtonSettings::default(), |_| {
+            iterations += 1;
+            true
+        });
+        (plan.expect("a plan"), iterations)
+    };
+    let start = resting(Vector3::new(-2.0, 0.1, 0.0), Matrix3::identity());
+    let target = resting(Vector3::new(2.0, 0.2, 0.1), Matrix3::identity());
+    let sphere = KeepOutSphere::new(Vector3::zeros(), 0.5).expect("a sphere");
+    let transfer = transfer(start, target, Motion::Translation, Dynamics::LieEuler)
+        .with_constraints(&[Constraint::state(sphere)]);
+    let (plan, cold) = count(&transfer, Start::Cold);
+    let (again, warm) = count(&transfer, Start::Warm(&plan));
+    assert!((again.cost / plan.cost - 1.0).abs() < 1e-6);
+    assert!(again.certificate.inequality <= 1e-7);
+    assert!(3 * warm < cold, "{warm} of {cold}");
+
+    let rest = transfer.remaining(5, plan.states[5]).expect("a rest");
+    let guess = plan.remaining(&transfer, 5).expect("a rest");
+    let (rest, warm) = count(&rest, Start::Warm(&guess));
+    let last = rest.states.iter().zip(&plan.states[5..]);
+    let apart = last.map(|(one, other)| (one.position - other.position).norm());
+    assert!(apart.fold(0.0, f64::max) < 1e-5);
+    assert!(3 * warm < cold, "{warm} of {cold}");
 }
 
 /// A sphere that is smaller than a step, right at the target: its last step starts outside and ends outside, on the other side.

@@ -19,8 +19,10 @@ const ROUNDS: u32 = 24;
 /// Maximum number of times that a tightening is halved because no plan was found.
 const HALVINGS: u32 = 3;
 /// Number of first rounds in which an inequality that is tightened by this much more than necessary is released again.
-const RELEASES: u32 = 8;
-const TOO_MUCH: f64 = 1e-4;
+const RELEASES: u32 = 2;
+/// Factor by which inequalities are tightened more in later rounds, so that they end.
+const HURRY: f64 = 2.0;
+const TOO_MUCH: f64 = 1e-3;
 /// Part of a margin within which a value is at it.
 const ACTIVE: f64 = 1e-3;
 /// The most that a tightening may be extrapolated, in multiples of what is exceeded.
@@ -45,7 +47,7 @@ struct Margin {
 
 impl Margin {
     /// Changes the margin by what is reached: first by all that a step exceeds its ends, then by secants.
-    fn adjust(&mut self, reached: &Reached, aim: f64) {
+    fn adjust(&mut self, reached: &Reached, aim: f64, hurry: f64) {
         let Some(ends) = reached.ends else {
             return;
         };
@@ -67,7 +69,7 @@ impl Margin {
             }
             _ => 1.0,
         };
-        let change = (factor * excess + idle).max(-self.amount);
+        let change = (hurry * factor * excess + idle).max(-self.amount);
         self.amount += change;
         self.last = Some([change, excess]);
     }
@@ -147,6 +149,7 @@ impl<C> Solver<'_, C> {
         for round in 0..ROUNDS {
             let worst = worst(&reached);
             let releases = round < RELEASES;
+            let hurry = if releases { 1.0 } else { HURRY };
             let mut all = margins.iter().flatten().zip(reached.iter().flatten());
             let too_much = releases && all.any(|(margin, reached)| margin.is_too_much(reached));
             if worst.excess <= tolerance && !too_much {
@@ -158,7 +161,7 @@ impl<C> Solver<'_, C> {
             let all = margins.iter_mut().flatten().zip(reached.iter().flatten());
             for (margin, reached) in all {
                 if reached.excess > tolerance || releases && margin.is_too_much(reached) {
-                    margin.adjust(reached, 0.5 * tolerance);
+                    margin.adjust(reached, 0.5 * tolerance, hurry);
                 }
             }
             let Some(next) = self.tightened(&plan, set, &before, &mut margins)? else {

@@ -123,7 +123,7 @@ fn flights_past_spheres_do_not_cut_through_them() {
         assert!(depth <= 1e-6, "{case}: {depth:e}, {before:e} before");
         if before > 1e-5 {
             // The plan passes at no greater distance than it must.
-            assert!(depth > -1e-3, "{case}: {depth:e}");
+            assert!(depth > -2e-3, "{case}: {depth:e}");
             cut += 1;
         }
         assert!(plan.certificate.inequality <= 1e-7 && plan.certificate.sufficient);
@@ -209,7 +209,7 @@ fn the_frame_of_a_constraint_moves_within_steps() {
         let origin = H * (step as f64 + part) * drift + center;
         1.0 - (position(&moving, Dynamics::Lgvi, step, part) - origin).norm() / 0.8
     });
-    assert!((-1e-3..=1e-6).contains(&depth), "{depth:e}");
+    assert!((-2e-3..=1e-6).contains(&depth), "{depth:e}");
 }
 
 #[test]

@@ -166,7 +166,7 @@ fn a_tumbling_ellipsoid_is_avoided() {
     let [bound, loose] = both(&free, frame);
     assert!(densely(&loose, inside) > 0.1);
     let depth = densely(&bound, inside);
-    assert!((-1e-3..=1e-6).contains(&depth), "{depth:e}");
+    assert!((-2e-3..=1e-6).contains(&depth), "{depth:e}");
 }
 
 /// A flyby with a camera on the body passed, which the attitude and the way both give in to.

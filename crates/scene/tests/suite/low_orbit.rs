@@ -129,7 +129,6 @@ fn an_approach_in_a_low_orbit_is_planned_like_one_in_free_space() {
                     "approach {number}, in orbit {orbits}: {angle} rad at step {k}"
                 );
             }
-            println!("approach {number}, in orbit {orbits}: {iterations} iterations");
             plan.cost
         });
         assert!(

@@ -304,11 +304,11 @@ impl Plan {
 
     /// Errors of the optimality conditions, which anyone can check: a dict.
     ///
-    /// `stationarity`, `defect` (of the dynamics), `terminal` (miss of the target), `inequality`, `complementarity`: relative
-    /// to the size of each quantity. `condition`: condition number of the map from initial multipliers to the terminal
-    /// conditions. `sufficient`: whether the plan is known to be a strict local minimum. At minimum fuel also `switching`: a dict of
-    /// the numbers of `switches`, of steps `at_limit` and `between` and of the `longest` row of the latter, and the largest
-    /// `contradiction` of a switching function.
+    /// `stationarity`, `defect` (of the dynamics), `terminal` (miss of the target), `inequality`, `priced` (violation of
+    /// constraints that have a price), `complementarity`: relative to the size of each quantity. `condition`: condition number of
+    /// the map from initial multipliers to the terminal conditions. `sufficient`: whether the plan is known to be a strict local
+    /// minimum. At minimum fuel also `switching`: a dict of the numbers of `switches`, of steps `at_limit` and `between` and of
+    /// the `longest` row of the latter, and the largest `contradiction` of a switching function.
     #[getter]
     fn certificate<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let Certificate {
@@ -316,6 +316,7 @@ impl Plan {
             defect,
             terminal,
             inequality,
+            priced,
             complementarity,
             condition,
             sufficient,
@@ -327,6 +328,7 @@ impl Plan {
             ("defect", defect),
             ("terminal", terminal),
             ("inequality", inequality),
+            ("priced", priced),
             ("complementarity", complementarity),
             ("condition", condition),
         ] {

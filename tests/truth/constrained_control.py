@@ -126,7 +126,7 @@ class Transfer:
         return conditions
 
     def inequalities(self, constraints):
-        x, _, r, _, _, w = self.unknowns
+        x, g, r, p, _, w = self.unknowns
         u = ca.DM(self.actuators) @ w
         found = []
         for c in constraints:
@@ -140,6 +140,13 @@ class Transfer:
             if kind in ("force_norm", "moment_norm"):
                 part = u[:3, :] if kind == "force_norm" else u[3:, :]
                 found.append(ca.vec(ca.sum1(part**2)) - c["limit"] ** 2)
+            for k in range(1, self.n):
+                if kind == "angular_rate":
+                    rate = ca.solve(ca.DM(self.inertia), p[:, k])
+                    rate = ca.dot(rate, ca.DM(c["axis"])) if "axis" in c else rate
+                    found.append(ca.sumsqr(rate) - c["limit"] ** 2)
+                if kind == "speed":
+                    found.append(ca.sumsqr(g[:, k]) / self.case["m"] ** 2 - c["limit"] ** 2)
             # What start and target decide is not for the optimizer.
             for k in range(2, self.n):
                 if kind == "keep_out_sphere":
@@ -147,6 +154,18 @@ class Transfer:
                 if kind == "keep_out_cone":
                     pointing = ca.reshape(r[:, k], 3, 3) @ ca.DM(c["axis"])
                     found.append(ca.dot(pointing, ca.DM(c["direction"])) - math.cos(c["half_angle"]))
+                if kind == "keep_out_ellipsoid":
+                    arm = ca.DM(np.diag(1 / np.array(c["semi_axes"])) @ np.array(c["rotation"]).T) @ (x[:, k] - c["center"])
+                    found.append(1 - ca.sumsqr(arm))
+                if kind in ("line_of_sight", "plume"):
+                    arm = ca.DM(c["point"]) - x[:, k]
+                    cosine = ca.dot(ca.reshape(r[:, k], 3, 3) @ ca.DM(c["axis"]), arm) / ca.norm_2(arm)
+                    inside = (cosine - math.cos(c["half_angle"])) / math.sin(c["half_angle"])
+                    if kind == "line_of_sight":
+                        found.append(-inside)
+                    else:
+                        near = 1 - ca.norm_2(arm) / c["distance"]
+                        found.append(inside + near - ca.sqrt(inside**2 + near**2 + 1e-12))
                 if kind == "corridor":
                     arm = x[:, k] - c["apex"]
                     found.append(math.cos(c["half_angle"]) * ca.norm_2(arm) - ca.dot(arm, ca.DM(c["axis"])))
@@ -174,18 +193,32 @@ class Transfer:
         w = np.zeros((self.actuators.shape[1], n))
         return np.concatenate([part.flatten("F") for part in (x, g, r, p, f, w)])
 
+    def soft(self, constraints):
+        """Elastic variables of spheres with a price, what they must exceed, and their cost."""
+        elastic, exceeded, cost = [], [], 0
+        for c in constraints:
+            depths = ca.vertcat(*self.inequalities([c])) / (2 * c["radius"] ** 2)
+            elastic.append(ca.MX.sym("t", depths.numel()))
+            exceeded += [-elastic[-1], depths - elastic[-1]]
+            cost += c["price"] * ca.sum1(elastic[-1])
+        return elastic, exceeded, cost
+
     def solve(self, constraints, guess):
-        unknowns = ca.vertcat(*[ca.vec(part) for part in self.unknowns])
+        elastic, exceeded, price = self.soft([c for c in constraints if "price" in c])
+        unknowns = ca.vertcat(*[ca.vec(part) for part in self.unknowns], *elastic)
+        guess = np.concatenate([np.array(guess).flatten(), np.zeros(unknowns.numel() - np.array(guess).size)])
+        hard = [c for c in constraints if "price" not in c]
         equal = ca.vertcat(*self.equal)
-        unequal = ca.vertcat(ca.MX(0, 1), *self.inequalities(constraints))
+        unequal = ca.vertcat(ca.MX(0, 1), *self.inequalities(hard), *exceeded)
         options = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-11, "max_iter": 2000,
                                                   "constr_viol_tol": 1e-11, "bound_relax_factor": 0.0}}
-        problem = {"x": unknowns, "f": self.cost, "g": ca.vertcat(equal, unequal)}
+        problem = {"x": unknowns, "f": self.cost + price, "g": ca.vertcat(equal, unequal)}
         solver = ca.nlpsol("solver", "ipopt", problem, options)
         lower = np.concatenate([np.zeros(equal.numel()), np.full(unequal.numel(), -np.inf)])
         found = solver(x0=guess, lbg=lower, ubg=0)
         stats = solver.stats()
-        return float(found["f"]), found["x"], stats["return_status"], stats["iter_count"]
+        own = ca.Function("own", [unknowns], [self.cost])(found["x"])
+        return float(own), found["x"], stats["return_status"], stats["iter_count"]
 
 
 def rest_to_rest(turn, duration, inertia):
@@ -197,6 +230,8 @@ def rest_to_rest(turn, duration, inertia):
 
 C_I, C_II = TRUTH["C_i"], TRUTH["C_ii"]
 WHEELS = rest_to_rest([0.4, 0.3, 0.5], 2.0, [1.0, 1.4, 1.9])
+FLYBY = rest_to_rest([0.1, 0.2, 0.3], 2.0, [1.0, 1.4, 1.9])
+FLYBY["bc"].update({"x0": [-1.0, 0.0, 0.0], "xN": [1.0, 0.0, 0.0]})
 CASES = [
     ("force norm", "C_i", C_I, {}, [{"kind": "force_norm", "limit": 7.5}]),
     ("force and moment components", "C_i", C_I, {},
@@ -207,6 +242,20 @@ CASES = [
      [{"kind": "keep_out_cone", "axis": [0.0, 1.0, 0.0], "direction": [0.36, -0.8, -0.48], "half_angle": 0.3}]),
     ("corridor", "C_ii", C_II, {},
      [{"kind": "corridor", "apex": [1.0, 0.0, 0.0], "axis": [-0.8, -0.6, 0.0], "half_angle": 0.35}]),
+    ("angular rate", "C_i", C_I, {}, [{"kind": "angular_rate", "limit": 4.5}]),
+    ("angular rate about an axis", "C_i", C_I, {}, [{"kind": "angular_rate", "limit": 3.2, "axis": [0.0, 0.6, 0.8]}]),
+    ("speed", "C_i", C_I, {}, [{"kind": "speed", "limit": 2.4}]),
+    ("ellipsoid", "C_i", C_I, {},
+     [{"kind": "keep_out_ellipsoid", "center": [0.4, 0.44, 0.46], "semi_axes": [0.1, 0.15, 0.25],
+       "rotation": [[0.36, 0.48, -0.8], [-0.8, 0.6, 0.0], [0.48, 0.64, 0.6]]}]),
+    ("line of sight", "C_i", C_I, {},
+     [{"kind": "line_of_sight", "axis": [0.0, 1.0, 0.0], "point": [0.2, 1.2, -0.3], "half_angle": 1.75}]),
+    ("plume turned away", "flyby", FLYBY, {},
+     [{"kind": "plume", "axis": [0.0, -1.0, 0.0], "point": [0.0, -0.8, 0.1], "half_angle": 0.3, "distance": 3.0}]),
+    ("plume at a distance", "flyby", FLYBY, {},
+     [{"kind": "plume", "axis": [-1.0, 0.0, 0.0], "point": [0.0, -0.8, 0.1], "half_angle": 2.4, "distance": 0.9}]),
+    ("sphere with a price", "C_i", C_I, {},
+     [{"kind": "keep_out_sphere", "center": [0.4, 0.44, 0.46], "radius": 0.12, "price": 0.5}]),
     ("orbit", "C_i", C_I, {"terminal": {"translation": "orbit", "rotation": "state"}}, []),
     ("position and spin axis", "C_i", C_I,
      {"terminal": {"translation": "position", "rotation": "spin_axis", "axis": [0.0, 0.0, 1.0]}}, []),
@@ -232,7 +281,7 @@ def main():
     about = ("Costs of constrained transfers in N Lie-Euler steps, by constrained_control.py (CasADi %s, IPOPT, "
              "tolerance 1e-11). Sets are those of optimal_control.json, or given under 'sets' in its form; actuators "
              "are columns [force, moment] of unit weight." % ca.__version__)
-    print(json.dumps({"about": about, "sets": {"wheels": WHEELS}, "cases": cases}, indent=1))
+    print(json.dumps({"about": about, "sets": {"wheels": WHEELS, "flyby": FLYBY}, "cases": cases}, indent=1))
 
 
 if __name__ == "__main__":

@@ -2,9 +2,9 @@
 
 #![allow(clippy::print_stdout)]
 
-use lgvi_control::constraint::StateConstraint;
+use lgvi_control::constraint::{Coordinates, StateConstraint};
 use lgvi_control::nalgebra::{Matrix3, Vector3};
-use lgvi_control::{Actuation, Constraint, NewtonSettings, Place, Start, Transfer, solve};
+use lgvi_control::{Actuation, Constraint, NewtonSettings, Start, Transfer, solve};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 
@@ -16,8 +16,8 @@ impl StateConstraint for Cylinder {
     fn name(&self) -> &'static str {
         "keep_out_cylinder"
     }
-    fn place(&self) -> Place {
-        Place::Position
+    fn coordinates(&self) -> Coordinates {
+        Coordinates::Position
     }
     fn value(&self, state: &BodyState) -> f64 {
         0.5 * (1.0 - (state.position - self.0).xy().norm_squared() / self.1.powi(2))

@@ -89,8 +89,10 @@ pub struct Certificate {
     /// Norm of the miss of the terminal set, relative to the size of each quantity (see
     /// [`NewtonSettings::violation`](crate::NewtonSettings::violation)).
     pub terminal: f64,
-    /// Largest violation of an inequality, or 0 if there is none.
+    /// Largest violation of an inequality, or 0 if there is none: of those on states, at the ends of steps and between them.
     pub inequality: f64,
+    /// Largest violation of a constraint that has a price, or 0 if there is none.
+    pub priced: f64,
     /// Largest product of an inequality's slack and its multiplier, relative to the cost.
     pub complementarity: f64,
     /// Condition number of the map from initial multipliers to terminal conditions, in the solver's scaling.

@@ -42,7 +42,7 @@ impl Transfer {
         Ok(Self {
             intervals: self.intervals - step,
             initial: state,
-            inequalities: self.inequalities.later(self.h * step as f64),
+            inequalities: self.inequalities.later(self.h, step),
             ..self.clone()
         })
     }

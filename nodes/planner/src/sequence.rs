@@ -2,7 +2,7 @@ use std::sync::Arc;
 
 use lgvi_common::{Feedback, Limits, control_sequence};
 use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
-use lgvi_control::{Command, MAX_COMMANDS, Plan, miss};
+use lgvi_control::{Command, Constraint, MAX_COMMANDS, Plan, miss};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
@@ -130,13 +130,14 @@ impl Sequence {
     }
 }
 
-/// The limits that constraints put on force and moment, the tightest of each kind. Those on commands are such limits only
+/// The limits that constraints without a price put on force and moment, the tightest of each kind. Those on commands are such limits only
 /// where commands are force and moment themselves.
 fn limits(maneuver: &Maneuver) -> Limits {
     let direct = *maneuver.actuation.matrix() == SMatrix::<f64, 6, MAX_COMMANDS>::identity();
     let tighter = |limit: &mut Vector3<f64>, other: &Vector3<f64>| *limit = limit.inf(other);
     let mut limits = Limits::NONE;
-    for constraint in &maneuver.constraints {
+    let forbidden = |constraint: &&Constraint| constraint.price().is_none();
+    for constraint in maneuver.constraints.iter().filter(forbidden) {
         let on_force = constraint.place() == Some(Place::Position);
         if let Some(components) = constraint.downcast_ref::<ComponentLimit>() {
             let Limits { force, moment, .. } = &mut limits;

@@ -1,5 +1,5 @@
 use lgvi_dynamics::BodyState;
-use nalgebra::{SMatrix, SVector};
+use nalgebra::{Matrix3, SMatrix, SVector};
 
 use super::fuel::Fuel;
 use super::row::Row;
@@ -33,16 +33,40 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 continue;
             }
             let inequality = placed.at(interval);
-            row.model(&self.schedule.penalty, *scale * inequality.value(state));
-            let (by_place, twice) = inequality.derivatives(state);
-            let by_place = *scale * by_place;
-            *slope = by_place;
-            let added = (curvature * row.multiplier * *scale) * twice
-                + (row.weight * by_place) * by_place.transpose();
-            let mut block = hessian.fixed_view_mut::<3, 3>(placed.offset, placed.offset);
-            block += added;
-            let mut part = gradient.fixed_rows_mut::<3>(placed.offset);
-            part += row.primal * by_place;
+            let penalty = self.schedule.penalty.of(inequality.price);
+            row.model(&penalty, *scale * inequality.value(state));
+            let bend = curvature * row.multiplier * *scale;
+            let [first, second] = placed.groups;
+            if let Some(offset) = first {
+                let (by_group, twice) = inequality.derivatives(state);
+                let by_group = *scale * by_group;
+                slope[0] = by_group;
+                let added = bend * twice + (row.weight * by_group) * by_group.transpose();
+                let mut block = hessian.fixed_view_mut::<3, 3>(offset, offset);
+                block += added;
+                let mut part = gradient.fixed_rows_mut::<3>(offset);
+                part += row.primal * by_group;
+            }
+            if let Some(offset) = second {
+                let by_attitude = inequality.by_attitude(state);
+                let by_group = *scale * by_attitude.gradient;
+                slope[1] = by_group;
+                let mut add = |from: usize, block: Matrix3<f64>| {
+                    let mut own = hessian.fixed_view_mut::<3, 3>(from, offset);
+                    own += block;
+                    if from != offset {
+                        let mut mirrored = hessian.fixed_view_mut::<3, 3>(offset, from);
+                        mirrored += block.transpose();
+                    }
+                };
+                let along = (row.weight * by_group).transpose();
+                add(offset, bend * by_attitude.hessian + by_group * along);
+                if let Some(from) = first {
+                    add(from, bend * by_attitude.mixed + slope[0] * along);
+                }
+                let mut part = gradient.fixed_rows_mut::<3>(offset);
+                part += row.primal * by_group;
+            }
         }
     }
 
@@ -56,7 +80,8 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let count = self.commands.len();
         let rows = &mut self.command_rows[interval * count..(interval + 1) * count];
         for (inequality, (row, slope)) in self.commands.iter().zip(rows) {
-            row.model(&self.schedule.penalty, inequality.value(command));
+            let penalty = self.schedule.penalty.of(inequality.price);
+            row.model(&penalty, inequality.value(command));
             *slope = inequality.gradient(command);
             *hessian +=
                 row.multiplier * inequality.hessian() + (row.weight * *slope) * slope.transpose();
@@ -80,10 +105,15 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         for (placed, StateRow { row, scale, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
                 let value = scale * placed.at(interval).value(state);
-                let (by_place, _) = placed.at(interval).derivatives(state);
-                let y = row.multiplier_at(&self.schedule.penalty, value);
-                let mut part = force.fixed_rows_mut::<3>(placed.offset);
-                part += (y * scale) * by_place;
+                let penalty = self.schedule.penalty.of(placed.at(interval).price);
+                let y = row.multiplier_at(&penalty, value);
+                let gradient = placed.gradient(interval, state);
+                for (group, by_group) in placed.groups.iter().zip(gradient) {
+                    if let Some(offset) = *group {
+                        let mut part = force.fixed_rows_mut::<3>(offset);
+                        part += (y * scale) * by_group;
+                    }
+                }
             }
         }
         force
@@ -94,7 +124,8 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let rows = &self.command_rows[interval * count..(interval + 1) * count];
         let mut force = SVector::zeros();
         for (inequality, (row, _)) in self.commands.iter().zip(rows) {
-            let y = row.multiplier_at(&self.schedule.penalty, inequality.value(command));
+            let penalty = self.schedule.penalty.of(inequality.price);
+            let y = row.multiplier_at(&penalty, inequality.value(command));
             force += y * inequality.gradient(command);
         }
         if let Some(fuel) = &self.fuel {
@@ -109,20 +140,25 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
             self.slope = 0.0;
         }
         let penalty = &self.schedule.penalty;
-        let mut take = |row: &mut Row, along: f64| {
+        let mut take = |row: &mut Row, price: Option<f64>, along: f64| {
             row.direct(along);
-            self.reach = self.reach.min(row.reach(penalty, BOUNDARY));
+            self.reach = self.reach.min(row.reach(&penalty.of(price), BOUNDARY));
             self.slope += row.primal * along;
         };
         let count = self.commands.len();
-        for (row, gradient) in &mut self.command_rows[interval * count..(interval + 1) * count] {
-            take(row, gradient.dot(v));
+        let rows = &mut self.command_rows[interval * count..(interval + 1) * count];
+        for (inequality, (row, gradient)) in self.commands.iter().zip(rows) {
+            take(row, inequality.price, gradient.dot(v));
         }
         let count = self.states.len();
         let rows = &mut self.state_rows[interval * count..(interval + 1) * count];
         for (placed, StateRow { row, gradient, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
-                take(row, gradient.dot(&z.fixed_rows::<3>(placed.offset)));
+                let groups = placed.groups.iter().zip(gradient.iter());
+                let along = groups.filter_map(|(group, gradient)| {
+                    Some(gradient.dot(&z.fixed_rows::<3>((*group)?)))
+                });
+                take(row, placed.at(interval).price, along.sum());
             }
         }
         if let Some(fuel) = &mut self.fuel {
@@ -138,7 +174,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
         for inequality in &self.commands {
-            sum += penalty.value(inequality.value(command));
+            sum += penalty
+                .of(inequality.price)
+                .value(inequality.value(command));
         }
         if let Some(fuel) = &self.fuel {
             sum += fuel.value(penalty.beta, command);
@@ -146,7 +184,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let rows = &self.state_rows[interval * self.states.len()..];
         for (placed, StateRow { scale, .. }) in self.states.iter().zip(rows) {
             if placed.plans(interval) {
-                sum += penalty.value(scale * placed.at(interval).value(state));
+                let inequality = placed.at(interval);
+                let penalty = penalty.of(inequality.price);
+                sum += penalty.value(scale * inequality.value(state));
             }
         }
         sum
@@ -175,6 +215,10 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     fn residuals(&self) -> (f64, f64) {
         let now = self.measure();
         (now.violation, self.schedule.complementarity(&now))
+    }
+
+    fn priced(&self) -> f64 {
+        self.measure().priced
     }
 
     fn tighten(&mut self, error: f64) -> bool {

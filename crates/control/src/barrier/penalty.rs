@@ -21,6 +21,14 @@ pub(super) struct Slacks {
 }
 
 impl Penalty {
+    /// The penalty of an inequality whose violation has this price, if it has one.
+    pub(super) fn of(&self, price: Option<f64>) -> Self {
+        Self {
+            rho: price.unwrap_or(self.rho),
+            ..*self
+        }
+    }
+
     /// `s` and `t`: the roots of `β/t + β/(t − g) = ρ`, each computed without cancellation.
     pub(super) fn slacks(&self, g: f64) -> Slacks {
         let width = 2.0 * self.beta / self.rho;

@@ -29,10 +29,12 @@ impl Default for BarrierTolerances {
 pub(super) struct Measure {
     /// Largest deviation of `y s` and `(ρ − y) t` from β.
     pub(super) gap: f64,
-    /// Largest multiplier.
+    /// Largest multiplier of an inequality without a price.
     pub(super) multiplier: f64,
-    /// Largest `g`, or 0 if no inequality is violated.
+    /// Largest `g` without a price, or 0 if no inequality is violated.
     pub(super) violation: f64,
+    /// Largest `g` with a price, or 0.
+    pub(super) priced: f64,
     /// Largest `y s`.
     pub(super) product: f64,
     /// Largest rounding error of `y s`.
@@ -40,11 +42,15 @@ pub(super) struct Measure {
 }
 
 impl Measure {
-    /// Adds a row whose `g` has this rounding error.
-    pub(super) fn take(&mut self, row: &Row, rounding: f64) {
+    /// Adds a row whose `g` has this rounding error, and whose violation has a price or is forbidden.
+    pub(super) fn take(&mut self, row: &Row, price: Option<f64>, rounding: f64) {
         self.gap = self.gap.max(row.gap);
-        self.multiplier = self.multiplier.max(row.multiplier);
-        self.violation = self.violation.max(row.value);
+        if price.is_some() {
+            self.priced = self.priced.max(row.value);
+        } else {
+            self.multiplier = self.multiplier.max(row.multiplier);
+            self.violation = self.violation.max(row.value);
+        }
         self.product = self.product.max(row.product);
         self.noise = self.noise.max(row.multiplier * rounding);
     }

@@ -5,10 +5,12 @@ use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::fuel::Fuel;
 use super::known::Force;
+use super::penalty::Penalty;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
 use crate::MAX_COMMANDS;
-use crate::problem::{Actuation, CommandInequality, InequalitySet, Place, StateInequality};
+use crate::problem::constraint::Coordinates;
+use crate::problem::{Actuation, CommandInequality, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
 
 /// Inequalities of `X` coordinates and `U` commands over all intervals, with their multipliers.
@@ -28,12 +30,13 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) slope: f64,
 }
 
-/// A state inequality and the index of its coordinate in z.
+/// A state inequality and the indices of its coordinates in z.
 pub(super) struct Placed {
     inequality: StateInequality,
     /// The inequality at the end of each interval, if it changes with time.
     moving: Vec<StateInequality>,
-    pub(super) offset: usize,
+    /// Those of each group of three that is planned, see [`Coordinates::groups`].
+    pub(super) groups: [Option<usize>; 2],
     /// For each interval, true if the inequality applies at its end.
     applies: Vec<bool>,
     /// Intervals whose end states are not fixed.
@@ -50,6 +53,17 @@ impl Placed {
         self.moving.get(interval).unwrap_or(&self.inequality)
     }
 
+    /// The gradient at the end of an interval by each group of coordinates.
+    pub(super) fn gradient(&self, interval: usize, state: &BodyState) -> [Vector3<f64>; 2] {
+        let inequality = self.at(interval);
+        let first = inequality.derivatives(state).0;
+        let second = match self.groups[1] {
+            Some(_) => inequality.by_attitude(state).gradient,
+            None => Vector3::zeros(),
+        };
+        [first, second]
+    }
+
     /// The value at the end of an interval, or `−∞` if the inequality does not apply there.
     fn value(&self, interval: usize, state: &BodyState) -> f64 {
         if self.applies[interval] {
@@ -64,8 +78,8 @@ impl Placed {
 #[derive(Clone, Copy, Debug)]
 pub(super) struct StateRow {
     pub(super) row: Row,
-    /// The gradient by the coordinate.
-    pub(super) gradient: Vector3<f64>,
+    /// The gradient by each group of coordinates.
+    pub(super) gradient: [Vector3<f64>; 2],
     /// Factor of `g` and its derivatives.
     pub(super) scale: f64,
 }
@@ -75,10 +89,38 @@ pub(super) struct StateRow {
 pub(crate) struct Given {
     /// True if the pose at the end of the first step is fixed.
     pub(crate) first: bool,
-    /// True if the final position is fixed.
-    pub(crate) last_position: bool,
-    /// True if the final attitude is fixed.
-    pub(crate) last_attitude: bool,
+    /// For position and attitude, true if the final one is fixed.
+    pub(crate) last_poses: [bool; 2],
+    /// For the linear and the angular momentum, true if the final one is fixed.
+    pub(crate) last_momenta: [bool; 2],
+}
+
+impl Given {
+    /// The intervals whose end states are planned as far as these coordinates go. `offsets` are the indices of δx and ζ in z if
+    /// they are planned.
+    pub(crate) fn planned(
+        &self,
+        coordinates: Coordinates,
+        offsets: [Option<usize>; 2],
+        intervals: usize,
+    ) -> Range<usize> {
+        let groups = coordinates.groups(offsets);
+        if groups == [None; 2] {
+            return 0..0;
+        }
+        let [position, attitude] = self.last_poses;
+        let (first, last) = match coordinates {
+            Coordinates::Position => (self.first, position),
+            Coordinates::Attitude => (self.first, attitude),
+            Coordinates::LinearMomentum => (false, self.last_momenta[0]),
+            Coordinates::AngularMomentum => (false, self.last_momenta[1]),
+            Coordinates::Pose => {
+                let fixed = [0, 1].map(|half| groups[half].is_none() || self.last_poses[half]);
+                (self.first, fixed == [true; 2])
+            }
+        };
+        usize::from(first)..intervals - usize::from(last)
+    }
 }
 
 /// A violated inequality and its step.
@@ -113,17 +155,13 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         tolerances: BarrierTolerances,
     ) -> Self {
         let placed = |inequality: &StateInequality| {
-            let (offset, last) = match inequality.place() {
-                Place::Position => (offsets[0], given.last_position),
-                Place::Attitude => (offsets[1], given.last_attitude),
-            };
-            let planned = usize::from(given.first)..intervals - usize::from(last);
+            let coordinates = inequality.coordinates();
             Placed {
                 inequality: inequality.clone(),
                 moving: inequality.through(h, intervals),
-                offset: offset.unwrap_or(0),
+                groups: coordinates.groups(offsets),
                 applies: inequality.applies(intervals),
-                planned: if offset.is_some() { planned } else { 0..0 },
+                planned: given.planned(coordinates, offsets, intervals),
             }
         };
         let commands: Vec<_> = set.command.iter().map(|row| row.of(selection)).collect();
@@ -137,7 +175,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             .then(|| Fuel::new(actuation, set, selection, (h, intervals), &schedule));
         let row = StateRow {
             row: Row::default(),
-            gradient: Vector3::zeros(),
+            gradient: [Vector3::zeros(); 2],
             scale: 1.0,
         };
         Self {
@@ -154,8 +192,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
 
     /// Initializes the multipliers for states `s_1 … s_N` and commands `w_1 … w_N`.
     pub(crate) fn start(&mut self, states: &[BodyState], commands: &[SVector<f64, U>]) {
-        self.each(states, commands, |schedule, row, value, _| {
-            row.multiplier = schedule.penalty.start(value, SLACK);
+        self.each(states, commands, |penalty, row, value, _| {
+            row.multiplier = penalty.start(value, SLACK);
         });
         if let Some(fuel) = &mut self.fuel {
             fuel.start(self.schedule.penalty.beta, commands);
@@ -180,12 +218,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             let fuel = fuel.as_ref();
             fuel.map_or_else(SVector::zeros, |fuel| fuel.force(beta, command))
         };
-        self.each(states, commands, |schedule, row, value, along| {
-            let least = schedule.penalty.start(value, SLACK);
+        self.each(states, commands, |penalty, row, value, along| {
+            let least = penalty.start(value, SLACK);
             let Force { state, command } = &forces[along.interval];
             let (force, size) = match along.gradient {
-                Gradient::State(offset, g) => {
-                    (g.dot(&state.fixed_rows::<3>(offset)), g.norm_squared())
+                Gradient::State(groups, g) => {
+                    let parts = groups.iter().zip(&g);
+                    let parts = parts.filter_map(|(group, g)| {
+                        Some((g.dot(&state.fixed_rows::<3>((*group)?)), g.norm_squared()))
+                    });
+                    parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1))
                 }
                 Gradient::Command(g) => {
                     let own = command - paid(&commands[along.interval]);
@@ -193,7 +235,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                 }
             };
             if size > 0.0 {
-                row.multiplier = (force / size).clamp(least, 0.5 * schedule.penalty.rho);
+                row.multiplier = (force / size).clamp(least, 0.5 * penalty.rho);
             }
         });
         self.fuel = fuel;
@@ -206,13 +248,14 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             for (step, state) in states.iter().enumerate() {
                 let amount = placed.value(step, state);
                 let most = worst.map_or(self.schedule.tolerances.violation, |worst| worst.amount);
-                if !placed.plans(step) && amount > most {
+                let forbidden = placed.inequality.price.is_none();
+                if forbidden && !placed.plans(step) && amount > most {
                     let constraint = placed.inequality.index;
                     worst = Some(Violation {
                         constraint,
                         step,
                         amount,
-                        excess: placed.inequality.excess(amount),
+                        excess: placed.at(step).excess(amount),
                     });
                 }
             }
@@ -250,23 +293,24 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         commands: impl Iterator<Item = f64>,
         states: impl Iterator<Item = f64>,
     ) -> Option<Violation> {
-        let of_commands = commands.enumerate().map(|(at, amount)| {
+        let of_commands = commands.enumerate().filter_map(|(at, amount)| {
             let inequality = &self.commands[at % self.commands.len()];
-            Violation {
+            inequality.price.is_none().then(|| Violation {
                 constraint: inequality.index,
                 step: at / self.commands.len(),
                 amount,
                 excess: inequality.excess(amount),
-            }
+            })
         });
-        let of_states = states.enumerate().map(|(at, amount)| {
-            let inequality = &self.states[at % self.states.len()].inequality;
-            Violation {
+        let of_states = states.enumerate().filter_map(|(at, amount)| {
+            let step = at / self.states.len();
+            let inequality = self.states[at % self.states.len()].at(step);
+            inequality.price.is_none().then(|| Violation {
                 constraint: inequality.index,
-                step: at / self.states.len(),
+                step,
                 amount,
                 excess: inequality.excess(amount),
-            }
+            })
         });
         let worst = of_commands
             .chain(of_states)
@@ -277,14 +321,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     /// The errors of the subproblem at the current iterate.
     pub(super) fn measure(&self) -> Measure {
         let mut now = Measure::default();
-        for (row, _) in &self.command_rows {
-            now.take(row, 0.0);
+        let rows = self.commands.iter().cycle();
+        for ((row, _), inequality) in self.command_rows.iter().zip(rows) {
+            now.take(row, inequality.price, 0.0);
         }
         let count = self.states.len();
         for (at, StateRow { row, scale, .. }) in self.state_rows.iter().enumerate() {
             let placed = &self.states[at % count];
             if placed.plans(at / count) {
-                now.take(row, scale * ROUNDING / placed.inequality.size());
+                let rounding = scale * ROUNDING / placed.inequality.size();
+                now.take(row, placed.inequality.price, rounding);
             }
         }
         now
@@ -295,7 +341,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         &mut self,
         states: &[BodyState],
         commands: &[SVector<f64, U>],
-        mut visit: impl FnMut(&Schedule, &mut Row, f64, Along<U>),
+        mut visit: impl FnMut(&Penalty, &mut Row, f64, Along<U>),
     ) {
         let count = self.commands.len();
         for (at, (row, _)) in self.command_rows.iter_mut().enumerate() {
@@ -303,7 +349,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             let command = &commands[interval];
             let gradient = Gradient::Command(inequality.gradient(command));
             let along = Along { interval, gradient };
-            visit(&self.schedule, row, inequality.value(command), along);
+            let penalty = self.schedule.penalty.of(inequality.price);
+            visit(&penalty, row, inequality.value(command), along);
         }
         let count = self.states.len();
         for (at, StateRow { row, scale, .. }) in self.state_rows.iter_mut().enumerate() {
@@ -311,12 +358,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             if placed.plans(interval) {
                 let state = &states[interval];
                 let inequality = placed.at(interval);
-                *scale = inequality.scale(state);
-                let (gradient, _) = inequality.derivatives(state);
-                let gradient = Gradient::State(placed.offset, *scale * gradient);
+                *scale = match inequality.price {
+                    None => inequality.scale(state),
+                    Some(_) => 1.0,
+                };
+                let gradient = placed.gradient(interval, state).map(|part| *scale * part);
+                let gradient = Gradient::State(placed.groups, gradient);
                 let along = Along { interval, gradient };
                 let value = *scale * inequality.value(state);
-                visit(&self.schedule, row, value, along);
+                let penalty = self.schedule.penalty.of(inequality.price);
+                visit(&penalty, row, value, along);
             }
         }
     }
@@ -329,7 +380,7 @@ struct Along<const U: usize> {
 }
 
 enum Gradient<const U: usize> {
-    /// By three coordinates of z, starting at an index.
-    State(usize, Vector3<f64>),
+    /// By groups of three coordinates of z, each starting at an index.
+    State([Option<usize>; 2], [Vector3<f64>; 2]),
     Command(SVector<f64, U>),
 }

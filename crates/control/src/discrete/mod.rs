@@ -11,6 +11,7 @@ pub(crate) mod linear;
 pub(crate) mod stored;
 #[cfg(test)]
 pub(crate) mod tests;
+mod within;
 
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
@@ -25,6 +26,7 @@ pub(crate) use self::{
     kick_drift_kick::KickDriftKick,
     linear::{Curvature, Inputs, Linearization},
     stored::SPINNING,
+    within::Within,
 };
 
 /// Discrete dynamics `s_{k+1} = Φ_k(s_k, w_{k+1})` of `X` coordinates under `U` commands.

@@ -160,6 +160,7 @@ pub fn solve_final_time(
                     PlanError::NotConverged { .. }
                     | PlanError::Infeasible { .. }
                     | PlanError::NotFound { .. }
+                    | PlanError::Between { .. }
                     | PlanError::Dynamics { .. },
                 ),
                 Some((good, _)),

@@ -72,9 +72,14 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// Moves the multipliers by a step.
     fn advance(&mut self, step: f64);
 
-    /// The largest violation `max(g, 0)` and the largest product of slack and multiplier relative to the cost, over all
+    /// The largest violation `max(g, 0)` that is forbidden and the largest product of slack and multiplier relative to the cost, over all
     /// intervals.
     fn residuals(&self) -> (f64, f64);
+
+    /// The largest violation `max(g, 0)` of inequalities whose violation has a price.
+    fn priced(&self) -> f64 {
+        0.0
+    }
 
     /// Lowers β if the subproblem with the current β is solved to `error`. Returns `false` if nothing changed.
     fn tighten(&mut self, error: f64) -> bool;

@@ -195,7 +195,7 @@ impl Transfer {
         Self { motion, ..self }
     }
 
-    /// The transfer under inequalities.
+    /// The transfer under inequalities, of which those on states hold at the ends of steps and between them.
     pub fn with_constraints(self, constraints: &[Constraint]) -> Self {
         let inequalities =
             InequalitySet::new(constraints, &self.actuation, &self.initial, &self.terminal);
@@ -203,6 +203,14 @@ impl Transfer {
             inequalities,
             ..self
         }
+    }
+
+    /// [`Transfer::with_constraints`], of which those on states hold at the ends of steps only: the discrete problem, as other
+    /// programs state it.
+    pub fn with_constraints_at_ends(self, constraints: &[Constraint]) -> Self {
+        let mut transfer = self.with_constraints(constraints);
+        transfer.inequalities.only_at_ends = true;
+        transfer
     }
 
     /// `W_f⁻¹` and `W_m⁻¹` if the necessary conditions of the problem are (4.19)–(4.26), otherwise `None`.

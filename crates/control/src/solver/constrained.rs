@@ -7,7 +7,7 @@ use super::error::PlanError;
 use super::progress::{Phase, Start};
 use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces};
 use crate::newton::{Closeness, Ended, Ending, Iterate, Newton, Problem, Tolerances};
-use crate::problem::{InequalitySet, Place, StateInequality};
+use crate::problem::{HalfSet, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
 use crate::{Dynamics, Plan};
 
@@ -21,10 +21,28 @@ const FUEL_GAP: f64 = 1e-7;
 type Known<const X: usize, const U: usize> = (Newton<X, U>, Vec<Force<X, U>>);
 
 impl<C> Solver<'_, C> {
-    /// Imposes the inequalities on a plan that nearly satisfies them. Without such a plan, imposes them on the best
-    /// plan without inequalities.
+    /// The plan under the inequalities, at the ends of steps and between them.
     pub(super) fn constrained<const X: usize, const U: usize>(
         mut self,
+        start: Start<'_>,
+        again: bool,
+    ) -> Result<Plan, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        if let Start::Warm(plan) = start
+            && let Some(plan) = self.between_as(plan)?
+        {
+            return Ok(plan);
+        }
+        let plan = self.at_ends(start, again)?;
+        self.between(plan)
+    }
+
+    /// Imposes the inequalities on a plan that nearly satisfies them. Without such a plan, imposes them on the best
+    /// plan without inequalities.
+    fn at_ends<const X: usize, const U: usize>(
+        &mut self,
         start: Start<'_>,
         again: bool,
     ) -> Result<Plan, PlanError>
@@ -136,11 +154,9 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let cost = |inequality: &StateInequality| {
-            let offset = match inequality.place() {
-                Place::Position => C::OFFSETS[0],
-                Place::Attitude => C::OFFSETS[1],
-            };
-            let cheapest = problem.stiffness.fixed_rows::<3>(offset?).min();
+            let [first, second] = inequality.coordinates().groups(C::OFFSETS);
+            let offset = second.or(first)?;
+            let cheapest = problem.stiffness.fixed_rows::<3>(offset).min();
             let moving = inequality.through(self.transfer.h, states.len());
             let at = |interval: usize| moving.get(interval).unwrap_or(inequality);
             let states = states.iter().enumerate();
@@ -281,11 +297,6 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let transfer = self.transfer;
-        let given = Given {
-            first: transfer.dynamics == Dynamics::LieEuler,
-            last_position: transfer.terminal.translation.fixes_pose(),
-            last_attitude: transfer.terminal.rotation.fixes_pose(),
-        };
         let weight = problem.h * problem.weight;
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
@@ -297,15 +308,26 @@ impl<C> Solver<'_, C> {
             actuation,
             &self.class.selection(),
             C::OFFSETS,
-            given,
+            self.given(),
             (transfer.h, transfer.intervals),
             cost + fuel + self.detour(problem, &iterate.states[1..]),
             self.barrier_tolerances(),
         )
     }
 
+    /// The states that start and target fix.
+    pub(super) fn given(&self) -> Given {
+        let transfer = self.transfer;
+        let halves = [&transfer.terminal.translation, &transfer.terminal.rotation];
+        Given {
+            first: transfer.dynamics == Dynamics::LieEuler,
+            last_poses: halves.map(HalfSet::fixes_pose),
+            last_momenta: halves.map(HalfSet::fixes_momentum),
+        }
+    }
+
     /// Barrier tolerances; the violation is at least the rounding error of the state inequalities.
-    fn barrier_tolerances(&self) -> BarrierTolerances {
+    pub(super) fn barrier_tolerances(&self) -> BarrierTolerances {
         let default = BarrierTolerances::default();
         let states = self.transfer.inequalities.state.iter();
         let rounding = states.map(|inequality| ROUNDING / inequality.size());

@@ -35,6 +35,22 @@ pub enum PlanError {
         /// radians of a cone.
         violation: f64,
     },
+    /// A plan holds the inequalities at the ends of steps, but not between them, however much they are tightened at the ends.
+    #[error(
+        "between the ends of step {step}, constraint {constraint} is violated by {violation:.3e} (in parts of a limit, a \
+         radius or a length, in radians of a cone); shorter steps help"
+    )]
+    Between {
+        /// Index of the constraint, from 0.
+        constraint: usize,
+        /// Index of the step, from 0.
+        step: usize,
+        /// The largest violation in the step, in parts of a limit, of a sphere's radius or of a corridor's length, or in
+        /// radians of a cone.
+        violation: f64,
+        /// The plan.
+        best: Option<Box<Plan>>,
+    },
     /// No initial guess led to a solution.
     #[error(
         "not converged after {iterations} iterations: violation {violation:.3e} relative to the size of each quantity, \

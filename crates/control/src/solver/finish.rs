@@ -105,6 +105,7 @@ impl<C> Solver<'_, C> {
             defect: model.defects.iter().map(SVector::norm).fold(0.0, f64::max),
             terminal: model.terminal(&model.miss),
             inequality,
+            priced: inequalities.priced(),
             complementarity,
             condition: model.start.condition(&model.augmentation, &units),
             sufficient,

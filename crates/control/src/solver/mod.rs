@@ -3,9 +3,11 @@
 
 mod assisted;
 mod attempt;
+mod between;
 mod class;
 mod constrained;
 mod coupling;
+mod crest;
 mod drifted;
 mod error;
 mod finish;
@@ -41,7 +43,7 @@ use class::{Both, Class, Rotation, Spinning, Translation};
 ///
 /// # Assumptions and limitations
 /// A plan is a local minimum; other windings of the attitude give other minima. Inequalities are imposed on the best
-/// plan without them, and hold where they are sampled. Conditions that no command affects to first order are met by
+/// plan without them. Conditions that no command affects to first order are met by
 /// means of additional actuators at increasing weights, if the actuation has room for further commands.
 pub fn solve(
     transfer: &Transfer,

@@ -111,6 +111,14 @@ impl Units {
         self.length
     }
 
+    pub(crate) fn linear_momentum(&self) -> f64 {
+        self.linear_momentum
+    }
+
+    pub(crate) fn angular_momentum(&self) -> f64 {
+        self.angular_momentum
+    }
+
     pub(crate) fn commands(&self) -> &Command {
         &self.commands
     }

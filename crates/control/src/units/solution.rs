@@ -22,6 +22,17 @@ impl Units {
     pub(crate) fn leave_error(&self, error: PlanError) -> PlanError {
         let leave = |plan: Box<Plan>| Box::new(self.leave(*plan));
         match error {
+            PlanError::Between {
+                constraint,
+                step,
+                violation,
+                best,
+            } => PlanError::Between {
+                constraint,
+                step,
+                violation,
+                best: best.map(leave),
+            },
             PlanError::NotConverged {
                 best,
                 iterations,

@@ -205,6 +205,17 @@ fn left_error(transfer: &Transfer, error: PlanError) -> PlanError {
         Some(Box::new(left(transfer, plan, flight, 0.0)))
     };
     match error {
+        PlanError::Between {
+            constraint,
+            step,
+            violation,
+            best,
+        } => PlanError::Between {
+            constraint,
+            step,
+            violation,
+            best: leave(best),
+        },
         PlanError::NotConverged {
             best,
             iterations,

@@ -2,7 +2,8 @@
 //! (`tests/truth/constrained_control.json`).
 
 use lgvi_control::constraint::{
-    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
+    AngularRate, CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutEllipsoid,
+    KeepOutSphere, LineOfSight, NormLimit, Place, Plume, Speed,
 };
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_control::{
@@ -39,7 +40,32 @@ fn constraint(c: &Value) -> Constraint {
         let limit = ComponentLimit::new(place, vector(&c["limit"]));
         Constraint::commands(limit.expect("limits"))
     };
-    match c["kind"].as_str().expect("a kind") {
+    let axis = || vector(&c["axis"]);
+    let constraint = match c["kind"].as_str().expect("a kind") {
+        "angular_rate" => {
+            let inertia = Case::load("C_i").body().inertia().clone();
+            let rate = AngularRate::new(limit(), &inertia).expect("a rate");
+            Constraint::state(match c["axis"].is_null() {
+                true => rate,
+                false => rate.about(axis()).expect("an axis"),
+            })
+        }
+        "speed" => Constraint::state(Speed::new(limit(), 1.0).expect("a speed")),
+        "keep_out_ellipsoid" => {
+            let rotation = Matrix3::from_fn(|i, j| number(&c["rotation"][i][j]));
+            let (center, semi_axes) = (vector(&c["center"]), vector(&c["semi_axes"]));
+            let ellipsoid = KeepOutEllipsoid::new(center, semi_axes, rotation);
+            Constraint::state(ellipsoid.expect("an ellipsoid"))
+        }
+        "line_of_sight" => {
+            let sight = LineOfSight::new(axis(), vector(&c["point"]), number(&c["half_angle"]));
+            Constraint::state(sight.expect("a sight"))
+        }
+        "plume" => {
+            let (half_angle, distance) = (number(&c["half_angle"]), number(&c["distance"]));
+            let plume = Plume::new(axis(), vector(&c["point"]), half_angle, distance);
+            Constraint::state(plume.expect("a plume"))
+        }
         "commands" => Constraint::commands(CommandLimit::new(&[limit(); 6]).expect("limits")),
         "force_components" => components(Place::Position),
         "moment_components" => components(Place::Attitude),
@@ -56,6 +82,10 @@ fn constraint(c: &Value) -> Constraint {
             Constraint::state(corridor.expect("a corridor"))
         }
         kind => panic!("{kind}"),
+    };
+    match c["price"].as_f64() {
+        Some(price) => constraint.priced(price).expect("a price"),
+        None => constraint,
     }
 }
 
@@ -105,11 +135,12 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
     let n = number(&case["N"]) as usize;
     let set = case["set"].as_str().expect("a set");
     let given = &file["sets"][set];
+    let identity = Matrix3::identity();
+    let actuation = Actuation::full(&identity, &identity).expect("weights");
     let free = if given.is_null() {
         let base = Case::load(set);
         let plain = base.transfer(n);
         let state = plain.target().state().expect("a state");
-        let actuation = Actuation::full(&Matrix3::identity(), &Matrix3::identity());
         Transfer::new(
             base.body(),
             Central { gm: 1.0 },
@@ -117,12 +148,17 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
             n,
             *plain.initial(),
             terminal(&case["terminal"], &state),
-            actuation.expect("weights"),
+            actuation,
         )
     } else {
         let inertia = Inertia::principal(vector(&given["J"]).into()).expect("inertia");
-        let still = |attitude: &Value| BodyState {
-            position: Vector3::x(),
+        let turns = given["bc"]["x0"] == given["bc"]["xN"];
+        let still = |position: &Value, attitude: &Value| BodyState {
+            position: if turns {
+                Vector3::x()
+            } else {
+                vector(position)
+            },
             linear_momentum: Vector3::zeros(),
             attitude: Matrix3::from_fn(|i, j| number(&attitude[i][j])),
             angular_momentum: Vector3::zeros(),
@@ -132,15 +168,19 @@ fn transfer(file: &Value, case: &Value) -> Transfer {
             Central { gm: 0.0 },
             number(&given["T"]) / n as f64,
             n,
-            still(&given["bc"]["R0"]),
-            still(&given["bc"]["RN"]),
-            wheels(),
+            still(&given["bc"]["x0"], &given["bc"]["R0"]),
+            still(&given["bc"]["xN"], &given["bc"]["RN"]),
+            if turns { wheels() } else { actuation },
         )
-        .map(|transfer| transfer.with_motion(Motion::Rotation))
+        .map(|transfer| match turns {
+            true => transfer.with_motion(Motion::Rotation),
+            false => transfer,
+        })
     };
     let constraints = case["constraints"].as_array().expect("constraints");
     let constraints: Vec<_> = constraints.iter().map(constraint).collect();
-    free.expect("a transfer").with_constraints(&constraints)
+    free.expect("a transfer")
+        .with_constraints_at_ends(&constraints)
 }
 
 fn planned(transfer: &Transfer, start: Start<'_>) -> (Plan, u32) {
@@ -184,6 +224,36 @@ fn assert_holds(constraint: &Constraint, plan: &Plan) {
             let least = arm.norm() * corridor.half_angle().cos() - 1e-9;
             assert!(arm.dot(&corridor.axis()) >= least);
         }
+    } else if let Some(rate) = constraint.downcast_ref::<AngularRate>() {
+        let body = Case::load("C_i").body();
+        for state in &plan.states {
+            let omega = state.angular_velocity(&body);
+            let found = rate
+                .axis()
+                .map_or(omega.norm(), |axis| axis.dot(&omega).abs());
+            assert!(found <= rate.limit() * (1.0 + 1e-9));
+        }
+    } else if let Some(speed) = constraint.downcast_ref::<Speed>() {
+        let speeds = &mut plan.states.iter().map(|state| state.linear_momentum.norm());
+        assert!(speeds.all(|found| found <= speed.limit() * (1.0 + 1e-9)));
+    } else if let Some(ellipsoid) = constraint.downcast_ref::<KeepOutEllipsoid>() {
+        for state in &plan.states {
+            let arm = ellipsoid
+                .rotation()
+                .tr_mul(&(state.position - ellipsoid.center()));
+            assert!(arm.component_div(&ellipsoid.semi_axes()).norm() >= 1.0 - 1e-9);
+        }
+    } else if let Some(sight) = constraint.downcast_ref::<LineOfSight>() {
+        for state in &plan.states {
+            let arm = sight.point() - state.position;
+            assert!((state.attitude * sight.axis()).angle(&arm) <= sight.half_angle() + 1e-9);
+        }
+    } else if let Some(plume) = constraint.downcast_ref::<Plume>() {
+        for state in &plan.states {
+            let arm = plume.point() - state.position;
+            let outside = (state.attitude * plume.axis()).angle(&arm) >= plume.half_angle() - 1e-5;
+            assert!(outside || arm.norm() >= plume.distance() * (1.0 - 1e-5));
+        }
     } else {
         panic!("{constraint:?}");
     }
@@ -224,7 +294,8 @@ fn constrained_costs_are_those_of_ipopt() {
         assert!(found.stationarity <= stationarity, "{name}: {found:?}");
         assert!(found.sufficient, "{name}");
         let constraints = case["constraints"].as_array().expect("constraints");
-        for given in constraints {
+        let hard = |given: &&Value| given["price"].is_null();
+        for given in constraints.iter().filter(hard) {
             assert_holds(&constraint(given), &plan);
         }
         if !constraints.is_empty() {

@@ -9,7 +9,7 @@ use lgvi_control::{
 };
 use lgvi_dynamics::gravity::{Central, Sources};
 use lgvi_dynamics::thrusters::Thruster;
-use lgvi_dynamics::wheels::{Wheel, Wheels};
+use lgvi_dynamics::wheels::{ReactionWheel, Wheels};
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3};
@@ -320,7 +320,7 @@ fn costs_that_are_not_of_fuel_are_refused() {
     let columns = [([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0); 6];
     let six = Actuation::actuators(&columns).expect("an actuation");
     assert_eq!(refused(six, &[five]), unlimited(5));
-    let wheels = Wheels::new(vec![Wheel::new(Vector3::z(), 0.1)]).expect("wheels");
+    let wheels = Wheels::new(vec![ReactionWheel::new(Vector3::z(), 0.1)]).expect("wheels");
     let wheels = Actuation::wheels(&wheels, &[1.0]).expect("an actuation");
     assert_eq!(refused(wheels, &[]), ActuationError::FuelOfWheels);
 }

@@ -2,16 +2,19 @@
 
 use std::sync::Arc;
 
+use lgvi_control::Constraint;
 use lgvi_control::constraint::{
-    Corridor, FramePose, KeepOutCone, KeepOutSphere, Moving, StateConstraint,
+    AngularRate, Coordinates, Corridor, FramePose, KeepOutCone, KeepOutEllipsoid, KeepOutSphere,
+    LineOfSight, Moving, Plume, Speed, StateConstraint,
 };
-use lgvi_control::{Constraint, Place};
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::{BodyState, Inertia};
 use lgvi_lie::exp;
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use num_dual::DualNum;
 
-use crate::automatic::{Moved, Number, constant, derivatives, dot, minus, product, random_state};
+use crate::automatic::{
+    Moved, Number, constant, derivatives, dot, minus, norm, product, random_state, rows,
+};
 
 fn start() -> BodyState {
     random_state(&mut fastrand::Rng::with_seed(1))
@@ -35,7 +38,7 @@ fn in_frame(constraint: impl StateConstraint, poses: &[FramePose]) -> Constraint
     Constraint::state(Moving::new(constraint, poses, 1.0).expect("a frame"))
 }
 
-fn written(rng: &mut fastrand::Rng) -> [Written; 5] {
+fn written(rng: &mut fastrand::Rng) -> Vec<Written> {
     let mut unit = || Vector3::from_fn(|_, _| rng.f64() - 0.5).normalize();
     let (axis, direction, apex) = (unit(), unit(), unit());
     let (half_angle, radius) = (0.7, 0.9);
@@ -45,7 +48,77 @@ fn written(rng: &mut fastrand::Rng) -> [Written; 5] {
     let (apex_there, axis_there) = (origin + rotation * apex, rotation * axis);
     let direction_there = rotation * direction;
     let poses = vec![FramePose { origin, rotation }];
-    [
+    let tilted = exp(&(2.0 * unit()));
+    let semi_axes = Vector3::new(0.5, 0.9, 1.4);
+    let matrix = {
+        let turn = exp(&unit());
+        turn * Matrix3::from_diagonal(&Vector3::new(1.0, 1.3, 1.8)) * turn.transpose()
+    };
+    let inertia = Inertia::new(0.5 * (matrix + matrix.transpose())).expect("inertia");
+    let inverse = *inertia.inverse();
+    let ellipsoid = KeepOutEllipsoid::new(apex, semi_axes, tilted).expect("an ellipsoid");
+    let sight = LineOfSight::new(axis, apex, half_angle).expect("a line of sight");
+    // Random states are on both sides of this distance.
+    let (reach, plume_angle) = (1.4, 1.3);
+    let plume = Plume::new(axis, apex, plume_angle, reach).expect("a plume");
+    let rate = AngularRate::new(0.7, &inertia).expect("a rate");
+    let depth = move |s: &Moved, center: Vector3<f64>, axes: Matrix3<f64>| {
+        let arm = product(
+            &rows(&axes.transpose()),
+            minus(s.position, constant(&center)),
+        );
+        let arm: [Number; 3] = std::array::from_fn(|i| arm[i] / semi_axes[i]);
+        -dot(arm, arm) + 1.0
+    };
+    let cosine = move |s: &Moved, point: Vector3<f64>| {
+        let arm = minus(constant(&point), s.position);
+        dot(product(&s.attitude, constant(&axis)), arm) / norm(arm)
+    };
+    vec![
+        (
+            Constraint::state(rate),
+            Box::new(move |s| {
+                let rate = product(&rows(&inverse), s.angular_momentum);
+                dot(rate, rate) - 0.49
+            }),
+        ),
+        (
+            Constraint::state(rate.about(direction).expect("an axis")),
+            Box::new(move |s| {
+                let rate = product(&rows(&inverse), s.angular_momentum);
+                let about = dot(rate, constant(&direction));
+                about * about - 0.49
+            }),
+        ),
+        (
+            Constraint::state(Speed::new(0.3, 2.0).expect("a speed")),
+            Box::new(move |s| dot(s.linear_momentum, s.linear_momentum) - 0.36),
+        ),
+        (
+            Constraint::state(ellipsoid),
+            Box::new(move |s| depth(s, apex, tilted)),
+        ),
+        (
+            in_frame(ellipsoid, &poses),
+            Box::new(move |s| depth(s, apex_there, rotation * tilted)),
+        ),
+        (
+            Constraint::state(sight),
+            Box::new(move |s| -cosine(s, apex) + half_angle.cos()),
+        ),
+        (
+            in_frame(sight, &poses),
+            Box::new(move |s| -cosine(s, apex_there) + half_angle.cos()),
+        ),
+        (
+            Constraint::state(plume),
+            Box::new(move |s| {
+                let angle = (cosine(s, apex) - plume_angle.cos()) / plume_angle.sin();
+                let near = norm(minus(constant(&apex), s.position)) / -reach + 1.0;
+                let root = (angle * angle + near * near + 1e-12).sqrt();
+                angle + near - root
+            }),
+        ),
         (
             Constraint::state(KeepOutCone::new(axis, direction, half_angle).expect("a cone")),
             Box::new(move |s| {
@@ -103,23 +176,55 @@ fn state_inequalities_and_both_derivatives_are_those_of_automatic_differentiatio
             let (value, gradient, hessian) = derivatives(&state, f);
             let scale = found.value(&state) / value;
             assert!(scale > 0.0, "{constraint:?}");
-            let from = match found.place() {
-                Place::Position => 0,
-                Place::Attitude => 6,
-            };
-            let (by_place, twice) = found.derivatives(&state);
-            let mut all = SVector::<f64, 12>::zeros();
-            all.fixed_rows_mut::<3>(from).copy_from(&by_place);
-            let error = (all - scale * gradient).amax();
-            assert!(error <= 1e-12 * all.amax(), "{constraint:?}: {error:e}");
-            let expected = scale * hessian.fixed_view::<3, 3>(from, from);
-            let error = (twice - expected).amax();
-            assert!(error <= 1e-12 * twice.amax(), "{constraint:?}: {error:e}");
-            assert!((twice - twice.transpose()).amax() <= 1e-15 * twice.amax());
-            let rest = hessian.norm_squared() - expected.norm_squared() / (scale * scale);
-            assert!(rest.abs() < 1e-12 * hessian.norm_squared());
+            let (gradient_found, hessian_found) = all_derivatives(&*found, &state);
+            let error = (gradient_found - scale * gradient).amax();
+            assert!(
+                error <= 1e-11 * gradient_found.amax(),
+                "{constraint:?}: {error:e}"
+            );
+            let error = (hessian_found - scale * hessian).amax();
+            assert!(
+                error <= 1e-11 * hessian_found.amax(),
+                "{constraint:?}: {error:e}"
+            );
         }
     }
+}
+
+/// The derivatives of a constraint by all twelve coordinates.
+fn all_derivatives(
+    constraint: &dyn StateConstraint,
+    state: &BodyState,
+) -> (SVector<f64, 12>, SMatrix<f64, 12, 12>) {
+    let mut gradient = SVector::<f64, 12>::zeros();
+    let mut hessian = SMatrix::<f64, 12, 12>::zeros();
+    let (first, twice) = constraint.derivatives(state);
+    let from = match constraint.coordinates() {
+        Coordinates::Position | Coordinates::Pose => 0,
+        Coordinates::LinearMomentum => 3,
+        Coordinates::Attitude => 6,
+        Coordinates::AngularMomentum => 9,
+    };
+    gradient.fixed_rows_mut::<3>(from).copy_from(&first);
+    hessian.fixed_view_mut::<3, 3>(from, from).copy_from(&twice);
+    let by_attitude = constraint.by_attitude(state);
+    assert_eq!(
+        by_attitude.is_some(),
+        constraint.coordinates() == Coordinates::Pose
+    );
+    if let Some(found) = by_attitude {
+        gradient.fixed_rows_mut::<3>(6).copy_from(&found.gradient);
+        for (row, column, block) in [
+            (6, 6, found.hessian),
+            (0, 6, found.mixed),
+            (6, 0, found.mixed.transpose()),
+        ] {
+            hessian
+                .fixed_view_mut::<3, 3>(row, column)
+                .copy_from(&block);
+        }
+    }
+    (gradient, hessian)
 }
 
 #[test]
@@ -158,4 +263,50 @@ fn a_corridor_is_smooth_and_right_at_its_apex() {
         assert!(g.value(&at(side(0.41))) > 0.0);
         assert!(g.value(&at(-side(0.0))) > 0.0);
     }
+}
+
+#[test]
+fn excesses_are_angles_and_parts_of_limits() {
+    let mut state = random_state(&mut fastrand::Rng::with_seed(4));
+    state.attitude = Matrix3::identity();
+    let at = |angle: f64| state.position + 3.0 * Vector3::new(angle.cos(), angle.sin(), 0.0);
+    let sight = |angle: f64| LineOfSight::new(Vector3::x(), at(angle), 0.5).expect("a sight");
+    for angle in [0.1, 0.4999, 0.7, 2.5] {
+        let sight = sight(angle);
+        assert!((sight.excess(sight.value(&state)) - (angle - 0.5)).abs() < 1e-12);
+    }
+    let inertia = Inertia::principal([2.0, 3.0, 4.0]).expect("inertia");
+    state.angular_momentum = Vector3::new(2.0, 6.0, 12.0);
+    let rate = AngularRate::new(2.0, &inertia).expect("a rate");
+    let excess = |rate: AngularRate| rate.excess(rate.value(&state));
+    assert!((excess(rate) - (14.0_f64.sqrt() / 2.0 - 1.0)).abs() < 1e-12);
+    let about = rate.about(Vector3::z() * -7.0).expect("an axis");
+    assert!((excess(about) - 0.5).abs() < 1e-12);
+    let semi_axes = Vector3::new(1.0, 2.0, 3.0);
+    let quarter = exp(&(std::f64::consts::FRAC_PI_2 * Vector3::z()));
+    let ellipsoid = KeepOutEllipsoid::new(Vector3::zeros(), semi_axes, quarter);
+    let ellipsoid = ellipsoid.expect("an ellipsoid");
+    // Its second axis is along −x.
+    state.position = Vector3::new(1.5, 0.0, 0.0);
+    assert!((ellipsoid.excess(ellipsoid.value(&state)) - 0.25).abs() < 1e-12);
+}
+
+/// A plume forbids what is both near and in its angle; at its point and far away nothing overflows.
+#[test]
+fn a_plume_is_near_and_in_its_angle() {
+    let plume = Plume::new(Vector3::x(), Vector3::zeros(), 0.5, 2.0).expect("a plume");
+    let at = |angle: f64, distance: f64| BodyState {
+        position: -distance * Vector3::new(angle.cos(), angle.sin(), 0.0),
+        attitude: Matrix3::identity(),
+        ..start()
+    };
+    for angle in [0.0, 0.1, 0.49, 0.51, 1.0, 3.0] {
+        for distance in [0.01, 1.0, 1.99, 2.01, 100.0] {
+            let g = plume.value(&at(angle, distance));
+            let inside = angle < 0.5 && distance < 2.0;
+            assert_eq!(g > 0.0, inside, "{angle} {distance}: {g}");
+        }
+    }
+    let (gradient, hessian) = all_derivatives(&plume, &at(0.0, 0.0));
+    assert!(gradient.norm().is_finite() && hessian.norm().is_finite());
 }

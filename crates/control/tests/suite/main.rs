@@ -3,6 +3,7 @@
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
 mod automatic;
+mod between;
 mod case;
 mod classes;
 mod constraints;
@@ -18,6 +19,7 @@ mod own;
 mod processing;
 mod replan;
 mod sensitivity;
+mod sights;
 mod targets;
 mod terminal;
 mod thrusters;

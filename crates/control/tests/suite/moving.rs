@@ -114,7 +114,7 @@ fn poses_are_met_at_their_times_and_interpolated_between_them() {
     assert_eq!(moving.pose(9.0), poses[3]);
     assert_eq!(moving.later(0.1).pose(0.1), poses[2]);
     let between = moving.pose(0.15);
-    assert!((between.origin - Vector3::x() * 2.5).norm() < 1e-12);
+    assert!((between.origin - Vector3::x() * 2.25).norm() < 1e-12);
     let turned = exp(&(Vector3::z() * (0.375 * PI)));
     assert!((between.rotation - turned).norm() < 1e-12);
 

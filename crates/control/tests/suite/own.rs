@@ -3,7 +3,7 @@
 use std::ops::RangeInclusive;
 
 use lgvi_control::constraint::{
-    CommandConstraint, CommandInequality, KeepOutSphere, NormLimit, StateConstraint,
+    CommandConstraint, CommandInequality, Coordinates, KeepOutSphere, NormLimit, StateConstraint,
 };
 use lgvi_control::terminal::{FinalPosition, Row, TerminalCondition};
 use lgvi_control::{
@@ -35,8 +35,8 @@ impl StateConstraint for Ellipsoid {
         "keep_out_ellipsoid"
     }
 
-    fn place(&self) -> Place {
-        Place::Position
+    fn coordinates(&self) -> Coordinates {
+        Coordinates::Position
     }
 
     fn applies(&self) -> RangeInclusive<f64> {

@@ -1,7 +1,7 @@
 //! Plans whose commands are the torques of reaction wheels.
 
 use fastrand::Rng;
-use lgvi_control::constraint::CommandLimit;
+use lgvi_control::constraint::{AngularRate, CommandLimit};
 use lgvi_control::{
     Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Place,
     Plan, PlanError, SearchSettings, Start, Terminal, Transfer, TransferError, miss, search, solve,
@@ -459,4 +459,25 @@ fn two_wheels_without_momentum_turn_a_body_to_any_attitude() {
         let missed = miss(&target, end).rows(6, 6).amax();
         assert!(missed < 1e-10, "case {case}: {missed:e}");
     }
+}
+
+/// `Π` is the momentum of the body alone, so that its rate is `J⁻¹ Π` whatever the wheels store.
+#[test]
+fn the_rate_of_a_body_with_wheels_keeps_its_limit() {
+    let body = with_momenta(body(INERTIA, Vec::new(), &orthogonal()), &[0.3, -0.2, 0.1]);
+    let target = still(exp(&Vector3::new(1.0, -0.6, 0.4)));
+    let free = transfer(body.clone(), 60, still(Matrix3::identity()), target);
+    let fastest = |plan: &Plan| {
+        let rates = plan.states.iter();
+        let rates = rates.map(|state| state.angular_velocity(&body).norm());
+        rates.fold(0.0, f64::max)
+    };
+    let loose = planned(&free).expect("a plan");
+    let limit = 0.8 * fastest(&loose);
+    let rate = AngularRate::new(limit, body.inertia()).expect("a limit");
+    let bound = free.with_constraints(&[Constraint::state(rate)]);
+    let plan = planned(&bound).expect("a plan");
+    assert!((fastest(&plan) / limit - 1.0).abs() < 1e-8);
+    assert!(plan.cost > loose.cost && plan.certificate.sufficient);
+    assert_flown(&body, &bound, &plan);
 }

@@ -49,7 +49,8 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     let mut predictions = Predictions::new(scene, body);
     let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
     let given = &file.constraints;
-    let constraints = constraints::constraints(scene, given, motion, &actuation, &mut predictions)?;
+    let predicted = &mut predictions;
+    let constraints = constraints::constraints(scene, rigid, given, motion, &actuation, predicted)?;
     let actuation = match file.cost {
         CostFile::Energy => actuation,
         CostFile::Fuel => {

@@ -3,7 +3,8 @@
 use std::f64::consts::FRAC_PI_2;
 
 use lgvi_control::constraint::{
-    CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place,
+    AngularRate, CommandLimit, ComponentLimit, Corridor, KeepOutCone, KeepOutEllipsoid,
+    KeepOutSphere, LineOfSight, NormLimit, Place, Plume, Speed,
 };
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_control::{Constraint, Dynamics, Motion, Terminal};
@@ -92,6 +93,86 @@ fn constraints_are_compiled_one_by_one() {
     ]
     .map(|constraint| constraint.expect("a constraint"));
     assert_eq!(maneuver(keys, STATE).constraints, expected);
+}
+
+#[test]
+fn limits_on_rates_ellipsoids_sights_and_plumes_are_read_with_their_prices() {
+    let keys = "constraints = [\
+        { kind = \"angular_rate\", limit = 0.5 }, { kind = \"angular_rate\", limit = 0.5, axis = [0, 0, 2] },\
+        { kind = \"speed\", limit = 3.0, price = 7.0 },\
+        { kind = \"keep_out_ellipsoid\", center = [1, 2, 3], semi_axes = [1, 2, 4] },\
+        { kind = \"keep_out_ellipsoid\", center = [1, 2, 3], semi_axes = [1, 2, 4], attitude = { w = 0, x = 0, y = 0, z = 1 } },\
+        { kind = \"line_of_sight\", axis = [2, 0, 0], point = [1, 2, 3], half_angle = \"90 deg\" },\
+        { kind = \"plume\", axis = [2, 0, 0], point = [1, 2, 3], half_angle = 0.25, distance = 4 },\
+        { kind = \"force_norm\", limit = 4, price = 2.0 }]";
+    let maneuver = maneuver(keys, STATE);
+    let body = &parse(keys, STATE).bodies[0].body;
+    let corner = Vector3::new(1.0, 2.0, 3.0);
+    let semi_axes = Vector3::new(1.0, 2.0, 4.0);
+    let half_turn = Matrix3::from_diagonal(&Vector3::new(-1.0, -1.0, 1.0));
+    let rate = AngularRate::new(0.5, body.inertia()).expect("a rate");
+    let ellipsoid = |axes| KeepOutEllipsoid::new(corner, semi_axes, axes).map(Constraint::state);
+    let norm = NormLimit::new(Place::Position, 4.0).map(Constraint::commands);
+    let expected = [
+        Ok(Constraint::state(rate)),
+        rate.about(Vector3::z()).map(Constraint::state),
+        Speed::new(3.0, body.mass()).and_then(|speed| Constraint::state(speed).priced(7.0)),
+        ellipsoid(Matrix3::identity()),
+        ellipsoid(half_turn),
+        LineOfSight::new(Vector3::x(), corner, FRAC_PI_2).map(Constraint::state),
+        Plume::new(Vector3::x(), corner, 0.25, 4.0).map(Constraint::state),
+        norm.and_then(|norm| norm.priced(2.0)),
+    ]
+    .map(|constraint| constraint.expect("a constraint"));
+    assert_eq!(maneuver.constraints, expected);
+    assert_eq!(maneuver.constraints[2].price(), Some(7.0));
+    assert_ne!(
+        maneuver.constraints[2],
+        Constraint::state(Speed::new(3.0, body.mass()).expect("a speed"))
+    );
+}
+
+#[test]
+fn constraints_out_of_range_are_refused_with_their_keys() {
+    for (text, key) in [
+        ("kind = \"angular_rate\", limit = 0", "constraints[0].limit"),
+        (
+            "kind = \"angular_rate\", limit = 1, axis = [0, 0, 0]",
+            "constraints[0].axis",
+        ),
+        ("kind = \"speed\", limit = -1.0", "constraints[0].limit"),
+        (
+            "kind = \"speed\", limit = 1.0, price = 0.0",
+            "constraints[0].price",
+        ),
+        (
+            "kind = \"keep_out_ellipsoid\", center = [9, 9, 9], semi_axes = [1, 0, 1]",
+            "constraints[0].semi_axes",
+        ),
+        (
+            "kind = \"keep_out_ellipsoid\", center = [9, 9, 9], semi_axes = [1, 1, 1], attitude = { w = 0, x = 0, y = 0, z = 0 }",
+            "constraints[0].attitude",
+        ),
+        (
+            "kind = \"line_of_sight\", axis = [1, 0, 0], point = [1, 2, 3], half_angle = 4.0",
+            "constraints[0].half_angle",
+        ),
+        (
+            "kind = \"plume\", axis = [1, 0, 0], point = [1, 2, 3], half_angle = 0.2, distance = 0",
+            "constraints[0].distance",
+        ),
+    ] {
+        let keys = format!("constraints = [{{ {text} }}]");
+        assert_refused(&self::text(&keys, STATE), &[key]);
+    }
+    let turning = "motion = \"rotation\"\nconstraints = [{ kind = \"speed\", limit = 1.0 }]";
+    assert_refused(
+        &text(
+            turning,
+            "attitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0.1, 0, 0]",
+        ),
+        &["constraints[0].kind"],
+    );
 }
 
 #[test]

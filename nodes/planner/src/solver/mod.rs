@@ -394,6 +394,7 @@ impl From<PlanError> for Unsolved {
             PlanError::Infeasible { .. }
             | PlanError::NotFound { .. }
             | PlanError::WheelSpeed { .. } => (Reason::Infeasible, None),
+            PlanError::Between { best, .. } => (Reason::Infeasible, best),
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, best),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),

@@ -1,7 +1,7 @@
 //! A violated constraint in words: its kind, and by how much in a unit.
 
-use lgvi_control::constraint::{KeepOutCone, KeepOutSphere};
-use lgvi_control::{Constraint, Place, PlanError};
+use lgvi_control::constraint::{Coordinates, KeepOutCone, KeepOutSphere, LineOfSight};
+use lgvi_control::{Constraint, PlanError};
 use lgvi_scene::{Maneuver, Scene};
 
 /// What no plan meets.
@@ -13,8 +13,7 @@ pub(crate) enum Violated {
         step: usize,
         /// In parts of a limit, a radius or a length, in radians of a cone.
         by: f64,
-        /// Start or target decide it.
-        given: bool,
+        what: What,
     },
     /// The limit of the speed of a wheel.
     Speed {
@@ -25,19 +24,36 @@ pub(crate) enum Violated {
     },
 }
 
+/// What violates a constraint.
+#[derive(Clone, Copy, Debug)]
+pub(crate) enum What {
+    /// A state that start or target decide.
+    Given,
+    /// The closest plan.
+    Closest,
+    /// The motion between the ends of a step.
+    Between,
+}
+
 impl Violated {
     pub(super) fn of(error: &PlanError) -> Option<Self> {
-        let (number, step, by, given) = match *error {
+        let (number, step, by, what) = match *error {
             PlanError::Infeasible {
                 constraint,
                 step,
                 violation,
-            } => (constraint, step, violation, true),
+            } => (constraint, step, violation, What::Given),
             PlanError::NotFound {
                 constraint,
                 step,
                 violation,
-            } => (constraint, step, violation, false),
+            } => (constraint, step, violation, What::Closest),
+            PlanError::Between {
+                constraint,
+                step,
+                violation,
+                ..
+            } => (constraint, step, violation, What::Between),
             PlanError::WheelSpeed {
                 wheel,
                 step,
@@ -57,18 +73,18 @@ impl Violated {
             number,
             step,
             by,
-            given,
+            what,
         })
     }
 
     pub(super) fn told(&self, scene: &Scene, maneuver: &Maneuver) -> String {
-        let (number, step, by, given) = match *self {
+        let (number, step, by, what) = match *self {
             Self::Constraint {
                 number,
                 step,
                 by,
-                given,
-            } => (number, step, by, given),
+                what,
+            } => (number, step, by, what),
             Self::Speed {
                 wheel,
                 step,
@@ -94,18 +110,23 @@ impl Violated {
                 format!("violates the limit of a {actuator} by {:.2} %", 100.0 * by)
             }
         };
-        if given {
-            format!(
+        match what {
+            What::Given => format!(
                 "infeasible: the start or the target fixes the state at step {step}, which {violates}"
-            )
-        } else {
-            format!("no feasible plan was found; the closest one {violates} at step {step}")
+            ),
+            What::Closest => {
+                format!("no feasible plan was found; the closest one {violates} at step {step}")
+            }
+            What::Between => format!(
+                "no feasible plan was found; the closest one {violates} between the ends of step {step}; shorter steps may help"
+            ),
         }
     }
 }
 
 fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
-    if constraint.in_frame::<KeepOutCone>().is_some() {
+    let cone = constraint.in_frame::<KeepOutCone>().is_some();
+    if cone || constraint.in_frame::<LineOfSight>().is_some() {
         return format!("{:.3}°", by.to_degrees());
     }
     if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
@@ -113,8 +134,8 @@ fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
         return format!("{:.3e} m", by * radius * scene.units.length);
     }
     let of = match constraint {
-        Constraint::State(state) if state.place() == Place::Position => "its length",
-        Constraint::State(_) | Constraint::Commands(_) => "its limit",
+        Constraint::State(state) if state.coordinates() == Coordinates::Position => "its length",
+        _ => "its limit",
     };
     format!("{:.3} % of {of}", 100.0 * by)
 }

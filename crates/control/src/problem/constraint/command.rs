@@ -15,6 +15,8 @@ pub struct CommandInequality<const U: usize = MAX_COMMANDS> {
     bound: f64,
     /// `b` without slack.
     limit: f64,
+    /// The price of a violation, if it is not forbidden.
+    pub(crate) price: Option<f64>,
 }
 
 impl CommandInequality {
@@ -26,6 +28,7 @@ impl CommandInequality {
             linear,
             bound,
             limit: bound,
+            price: None,
         }
     }
 
@@ -37,6 +40,7 @@ impl CommandInequality {
             linear: SVector::zeros(),
             bound: 0.5,
             limit: 0.5,
+            price: None,
         }
     }
 
@@ -55,8 +59,11 @@ impl CommandInequality {
         Command::from_fn(|command, _| largest(command))
     }
 
-    /// The inequality relaxed by `slack`: `g ≤ slack`.
+    /// The inequality relaxed by `slack`: `g ≤ slack`; one with a price stays.
     pub(super) fn relaxed(&self, slack: f64) -> Self {
+        if self.price.is_some() {
+            return self.clone();
+        }
         Self {
             bound: self.bound + slack,
             ..self.clone()
@@ -86,6 +93,7 @@ impl CommandInequality {
             linear: selection.tr_mul(&self.linear),
             bound: self.bound,
             limit: self.limit,
+            price: self.price,
         }
     }
 }

@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Place, StateConstraint};
+use super::{Coordinates, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction};
 use crate::problem::pointing::Pointing;
@@ -57,8 +57,8 @@ impl StateConstraint for KeepOutCone {
         "keep_out_cone"
     }
 
-    fn place(&self) -> Place {
-        Place::Attitude
+    fn coordinates(&self) -> Coordinates {
+        Coordinates::Attitude
     }
 
     fn value(&self, state: &BodyState) -> f64 {

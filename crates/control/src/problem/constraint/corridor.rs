@@ -4,7 +4,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Place, StateConstraint};
+use super::{Coordinates, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, point};
 
@@ -72,8 +72,8 @@ impl StateConstraint for Corridor {
         "corridor"
     }
 
-    fn place(&self) -> Place {
-        Place::Position
+    fn coordinates(&self) -> Coordinates {
+        Coordinates::Position
     }
 
     fn value(&self, state: &BodyState) -> f64 {

@@ -9,10 +9,18 @@
 
 mod command;
 mod cone;
+mod coordinates;
 mod corridor;
+mod ellipsoid;
+mod frame;
 mod limits;
+mod line_of_sight;
 mod moving;
+mod plume;
+mod rate;
 mod set;
+mod sight;
+mod speed;
 mod sphere;
 
 #[cfg(test)]
@@ -26,29 +34,47 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use crate::problem::{Actuation, Comparable};
+use crate::problem::parameter::length;
+use crate::problem::{Actuation, Comparable, ParameterError};
 
 pub use command::CommandInequality;
 pub use cone::KeepOutCone;
+pub use coordinates::Coordinates;
 pub use corridor::Corridor;
+pub use ellipsoid::KeepOutEllipsoid;
+pub use frame::FramePose;
+pub(crate) use frame::cubic;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
-pub use moving::{FramePose, InFrame, Moving};
+pub use line_of_sight::LineOfSight;
+pub use moving::{InFrame, Moving};
+pub use plume::Plume;
+pub use rate::AngularRate;
 pub(crate) use set::{InequalitySet, StateInequality};
+pub use speed::Speed;
 pub use sphere::KeepOutSphere;
 
-/// An inequality on the commands of each interval or on the state at the end of each step.
+/// An inequality on the commands of each interval or on the states of a plan.
 ///
 /// # Assumptions and limitations
 ///
-/// State inequalities hold at the ends of steps, not between them. Some states are fixed by start and target: the end
-/// of the first Lie–Euler step, and the last state of a transfer to a single state. There the inequality is only
-/// checked.
+/// State inequalities hold at the ends of steps and between them, along the cubics that steps of the LGVI stand for and along
+/// the free motion of Lie–Euler steps; momenta are linear between the ends. Some states are fixed by start and target: the
+/// end of the first Lie–Euler step, and the last state of a transfer to a single state. There the inequality is only checked.
 #[derive(Clone, Debug)]
 pub enum Constraint {
     /// An inequality on the commands of each interval.
     Commands(Arc<dyn CommandConstraint>),
-    /// An inequality on the state at the end of each step.
+    /// An inequality on the states.
     State(Arc<dyn StateConstraint>),
+    /// A constraint whose violation has a price instead of being forbidden, see [`Constraint::priced`].
+    Priced(Box<Priced>),
+}
+
+/// A constraint and the price of its violation.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Priced {
+    constraint: Constraint,
+    price: f64,
 }
 
 /// A coordinate of a pose.
@@ -60,13 +86,13 @@ pub enum Place {
     Attitude,
 }
 
-/// An inequality `g(s) ≤ 0` on position or attitude, in the units of the transfer.
+/// An inequality `g(s) ≤ 0` on some coordinates of a state, in the units of the transfer.
 pub trait StateConstraint: Comparable + Debug + Send + Sync {
     /// The kind of constraint, as it is named in scenes and messages.
     fn name(&self) -> &'static str;
 
-    /// The coordinate that `g` depends on.
-    fn place(&self) -> Place;
+    /// The coordinates that `g` depends on.
+    fn coordinates(&self) -> Coordinates;
 
     /// The part of the transfer's duration in which it applies, from 0 at the start to 1 at the end.
     fn applies(&self) -> RangeInclusive<f64> {
@@ -76,11 +102,16 @@ pub trait StateConstraint: Comparable + Debug + Send + Sync {
     /// The dimensionless `g`.
     fn value(&self, state: &BodyState) -> f64;
 
-    /// The gradient and the symmetric Hessian of `g` by δx, where `x` moves to `x + δx`, or by ζ, where `R` moves to `R
-    /// exp S(ζ)`.
+    /// The gradient and the symmetric Hessian of `g` by its coordinates, of a pose by its position. `x` moves to `x + δx`, `R` to
+    /// `R exp S(ζ)`, and momenta as `x` does.
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>);
 
-    /// The displacement (rad of the attitude) that changes `g` by 1, to first order at the boundary.
+    /// The derivatives of a `g` on the pose that involve the attitude.
+    fn by_attitude(&self, _state: &BodyState) -> Option<ByAttitude> {
+        None
+    }
+
+    /// The displacement (rad of the attitude, also of a pose) that changes `g` by 1, to first order at the boundary.
     fn size(&self) -> f64;
 
     /// A factor of `g` that keeps the scale of `g` meaningful near `state`.
@@ -109,6 +140,17 @@ pub trait StateConstraint: Comparable + Debug + Send + Sync {
     }
 }
 
+/// The derivatives of an inequality on the pose that involve the attitude.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ByAttitude {
+    /// The gradient by ζ.
+    pub gradient: Vector3<f64>,
+    /// The symmetric Hessian by ζ.
+    pub hessian: Matrix3<f64>,
+    /// The second derivatives by δx (rows) and ζ (columns).
+    pub mixed: Matrix3<f64>,
+}
+
 /// Inequalities on the commands of an interval.
 pub trait CommandConstraint: Comparable + Debug + Send + Sync {
     /// The kind of constraint, as it is named in scenes and messages.
@@ -134,9 +176,40 @@ impl Constraint {
         Self::Commands(Arc::new(constraint))
     }
 
+    /// The constraint, soft: a violation is not forbidden but costs `price`, a positive number, times `g`, once for each interval
+    /// or end of a step. Between the ends of steps it is not checked.
+    ///
+    /// The cost of a plan is that of its commands alone; [`Certificate::priced`](crate::Certificate::priced) holds the largest
+    /// violation that remains.
+    pub fn priced(self, price: f64) -> Result<Self, ParameterError> {
+        let price = length("price", price)?;
+        let constraint = match self {
+            Self::Priced(priced) => priced.constraint,
+            constraint => constraint,
+        };
+        Ok(Self::Priced(Box::new(Priced { constraint, price })))
+    }
+
+    /// The price of a violation, or `None` if it is forbidden.
+    pub fn price(&self) -> Option<f64> {
+        match self {
+            Self::Priced(priced) => Some(priced.price),
+            _ => None,
+        }
+    }
+
+    /// The constraint without its price.
+    fn unpriced(&self) -> &Self {
+        match self {
+            Self::Priced(priced) => &priced.constraint,
+            constraint => constraint,
+        }
+    }
+
     /// The kind of constraint, as it is named in scenes and messages.
     pub fn name(&self) -> &'static str {
         match self {
+            Self::Priced(priced) => priced.constraint.name(),
             Self::Commands(constraint) => constraint.name(),
             Self::State(constraint) => constraint.name(),
         }
@@ -146,7 +219,8 @@ impl Constraint {
     pub fn place(&self) -> Option<Place> {
         match self {
             Self::Commands(constraint) => constraint.place(),
-            Self::State(constraint) => Some(constraint.place()),
+            Self::State(constraint) => constraint.coordinates().place(),
+            Self::Priced(priced) => priced.constraint.place(),
         }
     }
 
@@ -169,15 +243,18 @@ impl Constraint {
         match self {
             Self::Commands(constraint) => &**constraint,
             Self::State(constraint) => &**constraint,
+            Self::Priced(priced) => priced.constraint.any(),
         }
     }
 }
 
 impl PartialEq for Constraint {
     fn eq(&self, other: &Self) -> bool {
-        match self {
-            Self::Commands(constraint) => constraint.equals(other.any()),
-            Self::State(constraint) => constraint.equals(other.any()),
+        match (self, other) {
+            (Self::Priced(one), Self::Priced(other)) => one == other,
+            (Self::Priced(_), _) | (_, Self::Priced(_)) => false,
+            (Self::Commands(constraint), _) => constraint.equals(other.any()),
+            (Self::State(constraint), _) => constraint.equals(other.any()),
         }
     }
 }

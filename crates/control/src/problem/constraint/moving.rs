@@ -2,41 +2,18 @@ use std::any::Any;
 use std::sync::Arc;
 
 use lgvi_dynamics::BodyState;
-use lgvi_lie::{exp, log};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Place, StateConstraint};
+use super::{ByAttitude, Coordinates, FramePose, StateConstraint};
 use crate::problem::ParameterError;
-
-/// The pose of a moving frame at one time.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FramePose {
-    /// `x_f`: origin, inertial frame.
-    pub origin: Vector3<f64>,
-    /// `R_f`: rotation matrix, from the frame to the inertial frame.
-    pub rotation: Matrix3<f64>,
-}
-
-impl FramePose {
-    /// The inertial frame.
-    pub const INERTIAL: Self = Self {
-        origin: Vector3::new(0.0, 0.0, 0.0),
-        rotation: Matrix3::new(1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0),
-    };
-
-    /// The point of the frame, in the inertial frame.
-    pub fn point(&self, point: Vector3<f64>) -> Vector3<f64> {
-        self.origin + self.rotation * point
-    }
-}
 
 /// A constraint on the pose relative to a frame that moves in a known way: `g(R_fᵀ (x − x_f), R_fᵀ R)`. The motion of the
 /// frame is data, so that derivatives are those of `g`, turned.
 ///
 /// # Assumptions and limitations
-/// The frame's poses are known at the ends of equal intervals. Between them, at lower resolutions of the solver, they are
-/// interpolated. The derivative of the cost by the final time does not know that the frame moves: a transfer under this
-/// constraint has a fixed final time.
+/// The frame's poses are known at the ends of equal intervals. Between them they are cubics through the four nearest. The
+/// derivative of the cost by the final time does not know that the frame moves: a transfer under this constraint has a fixed
+/// final time.
 #[derive(Clone, Debug)]
 pub struct Moving {
     constraint: Arc<dyn StateConstraint>,
@@ -95,18 +72,13 @@ impl Moving {
         let at = ((self.start + time) / self.interval).clamp(0.0, last as f64);
         let before = at.floor();
         let (index, part) = (before as usize, at - before);
-        let [from, to] = [index, (index + 1).min(last)].map(|index| self.poses[index]);
         if part <= ROUNDING {
-            return from;
+            return self.poses[index];
         }
         if part >= 1.0 - ROUNDING {
-            return to;
+            return self.poses[(index + 1).min(last)];
         }
-        let turn = log(&from.rotation.tr_mul(&to.rotation));
-        FramePose {
-            origin: from.origin + part * (to.origin - from.origin),
-            rotation: from.rotation * exp(&(part * turn)),
-        }
+        FramePose::between(&self.poses, index, part)
     }
 
     fn placed(&self, pose: FramePose) -> Placed {
@@ -163,8 +135,8 @@ impl StateConstraint for Moving {
         self.constraint.name()
     }
 
-    fn place(&self) -> Place {
-        self.constraint.place()
+    fn coordinates(&self) -> Coordinates {
+        self.constraint.coordinates()
     }
 
     /// `g` at the start.
@@ -175,6 +147,11 @@ impl StateConstraint for Moving {
     /// Those of `g` at the start.
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         self.placed(self.pose(0.0)).derivatives(state)
+    }
+
+    /// Those of `g` at the start.
+    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
+        self.placed(self.pose(0.0)).by_attitude(state)
     }
 
     fn size(&self) -> f64 {
@@ -202,13 +179,6 @@ impl StateConstraint for Moving {
 
     fn at(&self, time: f64) -> Option<Arc<dyn StateConstraint>> {
         Some(Arc::new(self.placed(self.pose(time))))
-    }
-}
-
-impl FramePose {
-    /// A position of the inertial frame, in this frame.
-    pub fn seen(&self, position: &Vector3<f64>) -> Vector3<f64> {
-        self.rotation.tr_mul(&(position - self.origin))
     }
 }
 
@@ -241,8 +211,8 @@ impl StateConstraint for Placed {
         self.constraint.name()
     }
 
-    fn place(&self) -> Place {
-        self.constraint.place()
+    fn coordinates(&self) -> Coordinates {
+        self.constraint.coordinates()
     }
 
     fn value(&self, state: &BodyState) -> f64 {
@@ -251,14 +221,22 @@ impl StateConstraint for Placed {
 
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.seen(state));
-        match self.place() {
-            Place::Position => {
+        match self.coordinates() {
+            Coordinates::Position | Coordinates::Pose => {
                 let turn = self.pose.rotation;
                 (turn * gradient, turn * hessian * turn.transpose())
             }
-            // ζ is a rotation in the body frame, whatever frame the attitude is seen from.
-            Place::Attitude => (gradient, hessian),
+            // ζ is a rotation in the body frame, whatever frame the attitude is seen from. Momenta are not seen from it.
+            _ => (gradient, hessian),
         }
+    }
+
+    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
+        let seen = self.constraint.by_attitude(&self.seen(state))?;
+        Some(ByAttitude {
+            mixed: self.pose.rotation * seen.mixed,
+            ..seen
+        })
     }
 
     fn size(&self) -> f64 {

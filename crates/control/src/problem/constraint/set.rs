@@ -3,7 +3,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{CommandInequality, Constraint, Place, StateConstraint};
+use super::{ByAttitude, CommandInequality, Constraint, Coordinates, StateConstraint};
 use crate::problem::{Actuation, Command, MAX_COMMANDS, TerminalSet};
 use crate::units::Units;
 
@@ -14,6 +14,8 @@ pub(crate) struct InequalitySet {
     pub(crate) command: Vec<CommandInequality>,
     /// Inequalities on the state at the end of each step.
     pub(crate) state: Vec<StateInequality>,
+    /// True if those on states hold at the ends of steps only.
+    pub(crate) only_at_ends: bool,
 }
 
 /// A state constraint of a transfer in its own units.
@@ -26,8 +28,12 @@ pub(crate) struct StateInequality {
     units: Units,
     /// The allowed violation.
     slack: f64,
+    /// By how much it is tightened at the end of each interval; empty if it is nowhere.
+    margins: Arc<[f64]>,
     /// Time of the transfer's start, in the units of the constraint.
     start: f64,
+    /// The price of a violation, if it is not forbidden.
+    pub(crate) price: Option<f64>,
 }
 
 impl InequalitySet {
@@ -43,10 +49,13 @@ impl InequalitySet {
         let end = target.translation.fixes_pose().then_some(&end.position);
         let mut all = Self::default();
         for (index, constraint) in constraints.iter().enumerate() {
-            match constraint {
+            let price = constraint.price();
+            match constraint.unpriced() {
+                Constraint::Priced(_) => (),
                 Constraint::Commands(constraint) => {
                     for mut row in constraint.inequalities(actuation) {
                         row.index = index;
+                        row.price = price;
                         all.command.push(row);
                     }
                 }
@@ -57,7 +66,9 @@ impl InequalitySet {
                         .unwrap_or_else(|| constraint.clone()),
                     units: Units::ones(),
                     slack: 0.0,
+                    margins: Arc::default(),
                     start: 0.0,
+                    price,
                 }),
             }
         }
@@ -90,49 +101,84 @@ impl InequalitySet {
     /// The inequalities of the transfer in its own units.
     pub(crate) fn in_units(&self, units: &Units) -> Self {
         let commands = SMatrix::from_diagonal(units.commands());
+        let price = |price: Option<f64>| price.map(|price| price / units.cost());
         let state = |row: &StateInequality| StateInequality {
             units: *units,
+            price: price(row.price),
             ..row.clone()
         };
         Self {
             command: self
                 .command
                 .iter()
-                .map(|row| row.of(&commands).normalized())
+                .map(|row| {
+                    let mut own = row.of(&commands).normalized();
+                    own.price = price(row.price);
+                    own
+                })
                 .collect(),
             state: self.state.iter().map(state).collect(),
+            only_at_ends: self.only_at_ends,
         }
     }
 
-    /// The inequalities of the transfer that starts `time` later.
-    pub(crate) fn later(&self, time: f64) -> Self {
+    /// The inequalities of the transfer that starts so many intervals of length `h` later.
+    pub(crate) fn later(&self, h: f64, intervals: usize) -> Self {
         let state = |row: &StateInequality| StateInequality {
-            start: row.start + time,
+            start: row.start + h * intervals as f64,
+            margins: row.margins.get(intervals..).unwrap_or_default().into(),
             ..row.clone()
         };
         Self {
             command: self.command.clone(),
             state: self.state.iter().map(state).collect(),
+            only_at_ends: self.only_at_ends,
         }
     }
 
-    /// The inequalities, each relaxed by `slack`: `g ≤ slack`.
+    /// The inequalities, those on states tightened at the end of each interval: `g ≤ −margin`. There is one list of margins
+    /// by interval for each of them.
+    pub(crate) fn tightened(&self, margins: Vec<Vec<f64>>) -> Self {
+        let rows = self.state.iter().zip(margins);
+        let state = rows.map(|(row, margins)| StateInequality {
+            margins: margins.into(),
+            ..row.clone()
+        });
+        Self {
+            command: self.command.clone(),
+            state: state.collect(),
+            only_at_ends: self.only_at_ends,
+        }
+    }
+
+    /// The inequalities, each relaxed by `slack`: `g ≤ slack`; those with a price stay.
     pub(crate) fn relaxed(&self, slack: f64) -> Self {
         let state = |row: &StateInequality| StateInequality {
-            slack: row.slack + slack,
+            slack: match row.price {
+                None => row.slack + slack,
+                Some(_) => row.slack,
+            },
             ..row.clone()
         };
         Self {
             command: self.command.iter().map(|row| row.relaxed(slack)).collect(),
             state: self.state.iter().map(state).collect(),
+            only_at_ends: self.only_at_ends,
         }
     }
 }
 
 impl StateInequality {
-    /// The coordinate that it depends on.
-    pub(crate) fn place(&self) -> Place {
-        self.constraint.place()
+    /// The coordinates that it depends on.
+    pub(crate) fn coordinates(&self) -> Coordinates {
+        self.constraint.coordinates()
+    }
+
+    /// The part of each of `intervals` intervals, from 0 to 1, in which the inequality applies; empty if it is not a range.
+    pub(crate) fn within(&self, interval: usize, intervals: usize) -> [f64; 2] {
+        let range = self.constraint.applies();
+        let part = |end: &f64| (end * intervals as f64 - interval as f64).clamp(0.0, 1.0);
+        [part(range.start()), part(range.end())]
     }
 
     /// For each of `intervals` intervals, true if the inequality applies at its end.
@@ -146,20 +192,36 @@ impl StateInequality {
     pub(crate) fn through(&self, h: f64, intervals: usize) -> Vec<Self> {
         let h = h * self.units.time();
         let at = |end: usize| {
-            let constraint = self.constraint.at(self.start + h * end as f64)?;
+            let moved = self.constraint.at(self.start + h * end as f64);
+            let margin = self.margins.get(end - 1);
+            if moved.is_none() && margin.is_none() {
+                return None;
+            }
             Some(Self {
-                constraint,
+                constraint: moved.unwrap_or_else(|| self.constraint.clone()),
+                slack: self.slack - margin.unwrap_or(&0.0),
                 ..self.clone()
             })
         };
         (1..=intervals).map_while(at).collect()
     }
 
-    /// The unit of the coordinate.
+    /// `g` at a time after the start of the transfer, without slack and margins.
+    pub(crate) fn value_at(&self, time: f64, state: &BodyState) -> f64 {
+        let state = self.units.state(state);
+        match self.constraint.at(self.start + time * self.units.time()) {
+            Some(moved) => moved.value(&state),
+            None => self.constraint.value(&state),
+        }
+    }
+
+    /// The unit of the coordinates, of a pose that of the position.
     fn unit(&self) -> f64 {
-        match self.place() {
-            Place::Position => self.units.length(),
-            Place::Attitude => 1.0,
+        match self.coordinates() {
+            Coordinates::Position | Coordinates::Pose => self.units.length(),
+            Coordinates::LinearMomentum => self.units.linear_momentum(),
+            Coordinates::Attitude => 1.0,
+            Coordinates::AngularMomentum => self.units.angular_momentum(),
         }
     }
 
@@ -170,7 +232,10 @@ impl StateInequality {
 
     /// The displacement (rad of the attitude) that changes `g` by 1, to first order at the boundary.
     pub(crate) fn size(&self) -> f64 {
-        self.constraint.size() / self.unit()
+        match self.coordinates() {
+            Coordinates::Pose => self.constraint.size(),
+            _ => self.constraint.size() / self.unit(),
+        }
     }
 
     /// `g(s)` minus the slack.
@@ -183,11 +248,25 @@ impl StateInequality {
         self.constraint.excess(g + self.slack)
     }
 
-    /// The gradient and the symmetric Hessian of `g` by [`StateInequality::place`], with variations as in
+    /// The gradient and the symmetric Hessian of `g` by its coordinates, of a pose by its position, with variations as in
     /// `DiscreteDynamics::moved`.
     pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.units.state(state));
         let unit = self.unit();
         (unit * gradient, (unit * unit) * hessian)
+    }
+
+    /// The derivatives of a `g` on the pose that involve the attitude.
+    pub(crate) fn by_attitude(&self, state: &BodyState) -> ByAttitude {
+        let found = self.constraint.by_attitude(&self.units.state(state));
+        let found = found.unwrap_or(ByAttitude {
+            gradient: Vector3::zeros(),
+            hessian: Matrix3::zeros(),
+            mixed: Matrix3::zeros(),
+        });
+        ByAttitude {
+            mixed: self.unit() * found.mixed,
+            ..found
+        }
     }
 }

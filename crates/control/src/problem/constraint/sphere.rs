@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Place, StateConstraint};
+use super::{Coordinates, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{length, point};
 
@@ -37,8 +37,8 @@ impl StateConstraint for KeepOutSphere {
         "keep_out_sphere"
     }
 
-    fn place(&self) -> Place {
-        Place::Position
+    fn coordinates(&self) -> Coordinates {
+        Coordinates::Position
     }
 
     fn value(&self, state: &BodyState) -> f64 {

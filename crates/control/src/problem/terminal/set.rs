@@ -105,6 +105,11 @@ impl HalfSet {
         self.fixes(Row::Pose)
     }
 
+    /// True if the final momentum is a single vector.
+    pub(crate) fn fixes_momentum(&self) -> bool {
+        self.fixes(Row::Momentum)
+    }
+
     fn fixes(&self, quantity: Row) -> bool {
         let condition = self.condition.as_ref();
         let rows = condition.map_or([Row::None; 6], |condition| condition.rows());

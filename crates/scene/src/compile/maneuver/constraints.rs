@@ -1,18 +1,19 @@
 use std::sync::Arc;
 
 use lgvi_control::constraint::{
-    CommandLimit, ComponentLimit, Corridor, FramePose, KeepOutCone, KeepOutSphere, Moving,
-    NormLimit, StateConstraint,
+    AngularRate, CommandLimit, ComponentLimit, Corridor, FramePose, KeepOutCone, KeepOutEllipsoid,
+    KeepOutSphere, LineOfSight, Moving, NormLimit, Plume, Speed, StateConstraint,
 };
 use lgvi_control::{Actuation, Constraint, Motion, ParameterError, Place};
-use nalgebra::Vector3;
+use lgvi_dynamics::RigidBody;
+use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::moves;
 use super::prediction::Predictions;
 use crate::angle::{self, AngleFile};
-use crate::file::{EachFile, RelativeFile};
-use crate::{Scene, SceneError};
+use crate::file::{AttitudeFile, EachFile, RelativeFile};
+use crate::{Scene, SceneError, check};
 
 /// A constraint in the form of the scene file. Each kind has one variant here and one arm in [`constraint`].
 #[derive(Deserialize)]
@@ -23,26 +24,41 @@ pub(crate) enum ConstraintFile {
     Commands {
         /// Largest size of each command: one number, or one per actuator.
         limit: EachFile,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
     /// Bounds on the components of the force, inertial axes.
     ForceComponents {
         /// Largest size of each component: one number or three.
         limit: EachFile,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
     /// Bounds on the components of the moment, body axes.
     MomentComponents {
         /// Largest size of each component: one number or three.
         limit: EachFile,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
     /// A bound on the norm of the force.
     ForceNorm {
         /// Largest norm.
         limit: f64,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
     /// A bound on the norm of the moment.
     MomentNorm {
         /// Largest norm.
         limit: f64,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
     /// A cone that an axis of the body stays out of.
     KeepOutCone {
@@ -54,6 +70,9 @@ pub(crate) enum ConstraintFile {
         half_angle: AngleFile,
         /// Axes that `direction` is relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
     /// A sphere that the center of mass stays out of.
     KeepOutSphere {
@@ -64,6 +83,9 @@ pub(crate) enum ConstraintFile {
         radius: f64,
         /// Axes that `center` is relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
     /// A cone that the center of mass stays in.
     Corridor {
@@ -75,12 +97,79 @@ pub(crate) enum ConstraintFile {
         half_angle: AngleFile,
         /// Axes that `apex` and `axis` are relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
+    },
+    /// A limit on the angular velocity.
+    AngularRate {
+        /// Largest rate (rad per unit of time).
+        limit: f64,
+        /// Axis of which the rate is limited, body frame, of any length; by default the rate about any axis is.
+        axis: Option<[f64; 3]>,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
+    },
+    /// A limit on the speed of the center of mass.
+    Speed {
+        /// Largest speed, inertial frame.
+        limit: f64,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
+    },
+    /// An ellipsoid that the center of mass stays out of.
+    KeepOutEllipsoid {
+        /// Center of the ellipsoid, inertial frame.
+        center: [f64; 3],
+        /// Semi-axes.
+        semi_axes: [f64; 3],
+        /// Attitude of the semi-axes, to the inertial frame: a quaternion or a rotation matrix by rows; along the axes of the frame
+        /// by default.
+        attitude: Option<AttitudeFile>,
+        /// Axes that `center` and `attitude` are relative to; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
+    },
+    /// A point that an axis of the body points at to within an angle.
+    LineOfSight {
+        /// Axis, body frame, of any length.
+        axis: [f64; 3],
+        /// The point, inertial frame.
+        point: [f64; 3],
+        /// Largest angle between the axis and the direction to the point, 0 to π (rad, or a text such as "25 deg").
+        half_angle: AngleFile,
+        /// Axes that `point` is relative to; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
+    },
+    /// A point that is not both within an angle of an axis of the body and nearer than a distance, as in a plume.
+    Plume {
+        /// Axis along the plume, body frame, of any length.
+        axis: [f64; 3],
+        /// The point, inertial frame.
+        point: [f64; 3],
+        /// Angle between the axis and the edge of the plume, 0 to π (rad, or a text such as "25 deg").
+        half_angle: AngleFile,
+        /// Length of the plume.
+        distance: f64,
+        /// Axes that `point` is relative to; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
+        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
+        /// forbidden.
+        price: Option<f64>,
     },
 }
 
 /// Compiles the constraints.
 pub(super) fn constraints<'s>(
     scene: &Scene,
+    body: &RigidBody,
     files: &'s [ConstraintFile],
     motion: Motion,
     actuation: &Actuation,
@@ -98,7 +187,15 @@ pub(super) fn constraints<'s>(
                     Some((axes.iter().map(FramePose::from).collect(), scene.h()))
                 }
             };
-            let constraint = constraint(file, actuation, frame)
+            let axes = match file.attitude() {
+                Some(attitude) => check::rotation(&key("attitude"), attitude)?,
+                None => Matrix3::identity(),
+            };
+            let constraint = constraint(file, body, actuation, axes, frame)
+                .and_then(|constraint| match file.price() {
+                    Some(price) => constraint.priced(price),
+                    None => Ok(constraint),
+                })
                 .map_err(|error| SceneError::parameter(key(error.name), error))?;
             check_motion(&key("kind"), &constraint, motion)?;
             Ok(constraint)
@@ -131,8 +228,36 @@ impl ConstraintFile {
         match self {
             Self::KeepOutCone { relative_to, .. }
             | Self::KeepOutSphere { relative_to, .. }
-            | Self::Corridor { relative_to, .. } => relative_to.as_ref(),
+            | Self::Corridor { relative_to, .. }
+            | Self::KeepOutEllipsoid { relative_to, .. }
+            | Self::LineOfSight { relative_to, .. }
+            | Self::Plume { relative_to, .. } => relative_to.as_ref(),
             _ => None,
+        }
+    }
+
+    fn attitude(&self) -> Option<&AttitudeFile> {
+        match self {
+            Self::KeepOutEllipsoid { attitude, .. } => attitude.as_ref(),
+            _ => None,
+        }
+    }
+
+    fn price(&self) -> Option<f64> {
+        match self {
+            Self::Commands { price, .. }
+            | Self::ForceComponents { price, .. }
+            | Self::MomentComponents { price, .. }
+            | Self::ForceNorm { price, .. }
+            | Self::MomentNorm { price, .. }
+            | Self::KeepOutCone { price, .. }
+            | Self::KeepOutSphere { price, .. }
+            | Self::Corridor { price, .. }
+            | Self::AngularRate { price, .. }
+            | Self::Speed { price, .. }
+            | Self::KeepOutEllipsoid { price, .. }
+            | Self::LineOfSight { price, .. }
+            | Self::Plume { price, .. } => *price,
         }
     }
 }
@@ -150,20 +275,22 @@ fn state(constraint: impl StateConstraint, frame: Frame) -> Result<Constraint, P
 
 fn constraint(
     file: &ConstraintFile,
+    body: &RigidBody,
     actuation: &Actuation,
+    axes: Matrix3<f64>,
     frame: Frame,
 ) -> Result<Constraint, ParameterError> {
     use ConstraintFile as File;
     use Place::{Attitude, Position};
     Ok(match file {
-        File::Commands { limit } => {
+        File::Commands { limit, .. } => {
             let limits = limits(limit, actuation.commands())?;
             Constraint::commands(CommandLimit::new(&limits)?)
         }
-        File::ForceComponents { limit } => components(Position, limit)?,
-        File::MomentComponents { limit } => components(Attitude, limit)?,
-        File::ForceNorm { limit } => norm(Position, *limit)?,
-        File::MomentNorm { limit } => norm(Attitude, *limit)?,
+        File::ForceComponents { limit, .. } => components(Position, limit)?,
+        File::MomentComponents { limit, .. } => components(Attitude, limit)?,
+        File::ForceNorm { limit, .. } => norm(Position, *limit)?,
+        File::MomentNorm { limit, .. } => norm(Attitude, *limit)?,
         File::KeepOutCone {
             axis,
             direction,
@@ -186,6 +313,41 @@ fn constraint(
             let half_angle = angle::half_turn("half_angle", half_angle)?;
             let corridor = Corridor::new((*apex).into(), (*axis).into(), half_angle)?;
             state(corridor, frame)?
+        }
+        File::AngularRate { limit, axis, .. } => {
+            let rate = AngularRate::new(*limit, body.inertia())?;
+            Constraint::state(match axis {
+                Some(axis) => rate.about((*axis).into())?,
+                None => rate,
+            })
+        }
+        File::Speed { limit, .. } => Constraint::state(Speed::new(*limit, body.mass())?),
+        File::KeepOutEllipsoid {
+            center, semi_axes, ..
+        } => {
+            let (center, semi_axes) = ((*center).into(), (*semi_axes).into());
+            state(KeepOutEllipsoid::new(center, semi_axes, axes)?, frame)?
+        }
+        File::LineOfSight {
+            axis,
+            point,
+            half_angle,
+            ..
+        } => {
+            let half_angle = angle::half_turn("half_angle", half_angle)?;
+            let sight = LineOfSight::new((*axis).into(), (*point).into(), half_angle)?;
+            state(sight, frame)?
+        }
+        File::Plume {
+            axis,
+            point,
+            half_angle,
+            distance,
+            ..
+        } => {
+            let half_angle = angle::half_turn("half_angle", half_angle)?;
+            let (axis, point) = ((*axis).into(), (*point).into());
+            state(Plume::new(axis, point, half_angle, *distance)?, frame)?
         }
     })
 }

@@ -1,0 +1,40 @@
+use super::Place;
+
+/// The coordinates of a state that an inequality depends on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Coordinates {
+    /// `x`, with derivatives by δx.
+    Position,
+    /// `γ`, with derivatives by δγ.
+    LinearMomentum,
+    /// `R`, with derivatives by ζ.
+    Attitude,
+    /// `Π`, with derivatives by δΠ.
+    AngularMomentum,
+    /// `x` and `R`, with derivatives by δx and ζ.
+    Pose,
+}
+
+impl Coordinates {
+    /// The part of the motion that they belong to, or `None` if it is both.
+    pub fn place(self) -> Option<Place> {
+        match self {
+            Self::Position | Self::LinearMomentum => Some(Place::Position),
+            Self::Attitude | Self::AngularMomentum => Some(Place::Attitude),
+            Self::Pose => None,
+        }
+    }
+
+    /// The indices in z of each group of three; `None` for one that is not planned. `offsets` are the indices of δx and ζ if they
+    /// are planned. A single group is the first; of a pose, position and attitude.
+    pub(crate) fn groups(self, [position, attitude]: [Option<usize>; 2]) -> [Option<usize>; 2] {
+        let momentum = |pose: Option<usize>| pose.map(|pose| pose + 3);
+        match self {
+            Self::Position => [position, None],
+            Self::LinearMomentum => [momentum(position), None],
+            Self::Attitude => [attitude, None],
+            Self::AngularMomentum => [momentum(attitude), None],
+            Self::Pose => [position, attitude],
+        }
+    }
+}

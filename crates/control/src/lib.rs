@@ -58,8 +58,8 @@ pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve
 pub use multistart::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan, Switching};
 pub use problem::{
-    Actuation, ActuationError, Command, Comparable, Constraint, Dynamics, MAX_COMMANDS, Motion,
-    ParameterError, Place, Terminal, Transfer, TransferError, miss,
+    Actuation, ActuationError, Chances, Command, Comparable, Constraint, Dynamics, MAX_COMMANDS,
+    Motion, ParameterError, Place, Terminal, Transfer, TransferError, Uncertainty, miss,
 };
 pub use problem::{constraint, terminal};
 pub use replan::TooLate;

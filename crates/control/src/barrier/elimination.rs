@@ -36,12 +36,13 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
             let penalty = self.schedule.penalty.of(inequality.price);
             row.model(&penalty, *scale * inequality.value(state));
             let bend = curvature * row.multiplier * *scale;
+            let weight = if self.gives_way { 0.0 } else { row.weight };
             let [first, second] = placed.groups;
             if let Some(offset) = first {
                 let (by_group, twice) = inequality.derivatives(state);
                 let by_group = *scale * by_group;
                 slope[0] = by_group;
-                let added = bend * twice + (row.weight * by_group) * by_group.transpose();
+                let added = bend * twice + (weight * by_group) * by_group.transpose();
                 let mut block = hessian.fixed_view_mut::<3, 3>(offset, offset);
                 block += added;
                 let mut part = gradient.fixed_rows_mut::<3>(offset);
@@ -59,7 +60,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                         mirrored += block.transpose();
                     }
                 };
-                let along = (row.weight * by_group).transpose();
+                let along = (weight * by_group).transpose();
                 add(offset, bend * by_attitude.hessian + by_group * along);
                 if let Some(from) = first {
                     add(from, bend * by_attitude.mixed + slope[0] * along);
@@ -206,6 +207,10 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         if let Some(fuel) = &mut self.fuel {
             fuel.advance(step);
         }
+    }
+
+    fn give_way(&mut self, give_way: bool) {
+        self.gives_way = give_way;
     }
 
     fn cost(&self) -> f64 {

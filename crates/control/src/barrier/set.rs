@@ -24,6 +24,8 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) state_rows: Vec<StateRow>,
     /// The cost of fuel, if commands have prices.
     pub(super) fuel: Option<Fuel<U>>,
+    /// True if the inequalities on states do not stiffen the model.
+    pub(super) gives_way: bool,
     /// The longest step of the multipliers along the direction.
     pub(super) reach: f64,
     /// The slope of the penalties along the direction.
@@ -185,6 +187,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             commands,
             states,
             fuel,
+            gives_way: false,
             reach: 1.0,
             slope: 0.0,
         }

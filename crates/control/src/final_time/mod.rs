@@ -136,6 +136,13 @@ pub fn solve_final_time(
     if transfer.actuation.is_of_wheels() {
         return Err(FinalTimeError::Wheels);
     }
+    if transfer.chances.is_some() {
+        let beside = "a free final time";
+        return Err(FinalTimeError::Plan {
+            final_time: transfer.h * transfer.intervals as f64,
+            source: Box::new(PlanError::ChancesBeside { beside }),
+        });
+    }
     let intervals = transfer.intervals as f64;
     let mut search = Root::new([time.shortest, time.longest], time.tolerance);
     let mut final_time = (transfer.h * intervals).clamp(time.shortest, time.longest);

@@ -68,6 +68,10 @@ pub fn search(
     settings: &SearchSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Vec<Minimum>, PlanError> {
+    if transfer.chances.is_some() {
+        let beside = "a search";
+        return Err(PlanError::ChancesBeside { beside });
+    }
     if transfer.actuation.is_of_wheels() {
         return wheels::search(transfer, settings, &mut observe);
     }

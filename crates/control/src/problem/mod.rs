@@ -1,6 +1,7 @@
 //! The statement of a problem: dynamics, boundary conditions, actuation, cost and constraints.
 
 mod actuation;
+mod chances;
 mod comparable;
 pub mod constraint;
 mod dynamics;
@@ -12,6 +13,8 @@ mod transfer;
 
 pub use actuation::{Actuation, ActuationError, Command, MAX_COMMANDS};
 pub(crate) use actuation::{Effects, FEW, Weight, stacked};
+pub(crate) use chances::Deviations;
+pub use chances::{Chances, Uncertainty};
 pub use comparable::Comparable;
 pub(crate) use constraint::{CommandInequality, InequalitySet, StateInequality};
 pub use constraint::{Constraint, Place};

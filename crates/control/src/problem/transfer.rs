@@ -7,8 +7,8 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{
-    Actuation, ActuationError, Constraint, Dynamics, InequalitySet, Motion, ParameterError,
-    Terminal, TerminalSet,
+    Actuation, ActuationError, Chances, Constraint, Dynamics, InequalitySet, Motion,
+    ParameterError, Terminal, TerminalSet,
 };
 
 /// A vector of components in the order `[x, γ, R, Π]`, three each.
@@ -31,6 +31,8 @@ pub struct Transfer {
     pub(crate) motion: Motion,
     pub(crate) terminal: TerminalSet,
     pub(crate) inequalities: InequalitySet,
+    /// The probability with which the inequalities on states hold, if they need not hold always.
+    pub(crate) chances: Option<Chances>,
     /// Of a transfer by reaction wheels as it is solved: the positions of the body at `0 … N`, in the transfer's unit of length. The
     /// momentum of the wheels is then in the place of the linear momentum, and the commands act on both.
     pub(crate) orbit: Option<Arc<[Vector3<f64>]>>,
@@ -180,6 +182,7 @@ impl Transfer {
             motion: Motion::default(),
             terminal,
             inequalities: InequalitySet::default(),
+            chances: None,
             orbit: None,
             rounding: Vector12::zeros(),
         })

@@ -262,7 +262,7 @@ impl<C> Solver<'_, C> {
                     } else {
                         motion.at(part)
                     };
-                    row.value_at(h * (step as f64 + part), &state)
+                    row.value_at(h * (step as f64 + part), &state) + row.spread_at(step, part)
                 };
                 let free = |end: usize| end > 0 && planned.contains(&(end - 1));
                 let ends = [(step, range[0]), (step + 1, range[1])].map(|(end, part)| {

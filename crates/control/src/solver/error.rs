@@ -68,6 +68,27 @@ pub enum PlanError {
         /// Tolerance of the violation.
         tolerance: f64,
     },
+    /// No plan was found that keeps its own deviations within an inequality.
+    #[error(
+        "constraint {constraint} does not hold with its probability at step {step}: the deviations of the plan exceed it by \
+         {violation:.3e} (in parts of a limit, a radius or a length, in radians of a cone)"
+    )]
+    Chance {
+        /// Index of the constraint, from 0.
+        constraint: usize,
+        /// Index of the step, from 0.
+        step: usize,
+        /// By how much the mean and the deviations exceed it.
+        violation: f64,
+        /// The last plan.
+        best: Option<Box<Plan>>,
+    },
+    /// Constraints with a probability are not planned beside something else.
+    #[error("constraints hold with a probability, expected none with one beside {beside}")]
+    ChancesBeside {
+        /// What it is.
+        beside: &'static str,
+    },
     /// The plan takes a wheel past the limit of its speed.
     #[error(
         "in step {step} the plan takes wheel {wheel} to the speed {speed:.6e}, expected at most {limit:.6e}"

@@ -6,7 +6,7 @@ use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{Ended, Ending, Inequalities, Iterate, ModelSettings, Newton, REUSED};
+use crate::newton::{Ended, Ending, Inequalities, Iterate, ModelSettings, Newton, Problem, REUSED};
 use crate::{Certificate, Plan, Sweep};
 
 impl<C> Solver<'_, C> {
@@ -89,7 +89,12 @@ impl<C> Solver<'_, C> {
                 (plan.feedback, plan.sweep) = (inherited.feedback, inherited.sweep);
             }
             _ => {
-                plan.feedback = self.widened_gains(std::mem::take(&mut newton.model.gains));
+                let gains = std::mem::take(&mut newton.model.gains);
+                let gains = match transfer.chances {
+                    Some(_) => self.yielding_gains(&problem, &newton, inequalities, gains),
+                    None => gains,
+                };
+                plan.feedback = self.widened_gains(gains);
                 if Q::NONE && sufficient {
                     plan.sweep = self.kept(&problem, &mut newton, strayed);
                 }
@@ -112,6 +117,32 @@ impl<C> Solver<'_, C> {
             switching: self.switching(&newton),
         };
         Ok(plan)
+    }
+
+    /// Gains of neighboring extremals that do not hold on to inequalities on states: a plan keeps a distance from them that is
+    /// meant for its deviations.
+    fn yielding_gains<S, Q, const X: usize, const U: usize>(
+        &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        newton: &Newton<X, U>,
+        inequalities: &mut Q,
+        firm: Vec<SMatrix<f64, U, X>>,
+    ) -> Vec<SMatrix<f64, U, X>>
+    where
+        S: DiscreteDynamics<X, U>,
+        C: Class<X, U>,
+        Q: Inequalities<X, U>,
+    {
+        let mut own = Newton::new(problem.intervals, newton.iterate.clone());
+        own.model.want_gains();
+        inequalities.give_way(true);
+        let found = MODELS.into_iter().find_map(|settings| {
+            let Newton { model, iterate, .. } = &mut own;
+            let solved = model.solve(problem, inequalities, iterate, settings);
+            solved.ok().map(|()| std::mem::take(&mut model.gains))
+        });
+        inequalities.give_way(false);
+        found.unwrap_or(firm)
     }
 
     /// Gains that answer in force and moment to all coordinates.

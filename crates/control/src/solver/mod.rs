@@ -4,6 +4,7 @@
 mod assisted;
 mod attempt;
 mod between;
+mod chance;
 mod class;
 mod constrained;
 mod coupling;
@@ -51,8 +52,21 @@ pub fn solve(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
+    match &transfer.chances {
+        Some(chances) => chance::solve(transfer, chances, start, settings, &mut observe),
+        None => solve_plain(transfer, start, settings, &mut observe),
+    }
+}
+
+/// [`solve`] for constraints as they are.
+fn solve_plain(
+    transfer: &Transfer,
+    start: Start<'_>,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
     if transfer.actuation.is_of_wheels() {
-        return wheels::solve(transfer, start, settings, &mut observe);
+        return wheels::solve(transfer, start, settings, observe);
     }
     solve_stated(transfer, start, settings, observe)
 }

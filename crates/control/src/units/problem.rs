@@ -36,6 +36,7 @@ impl Units {
             actuation,
             dynamics: transfer.dynamics,
             motion: transfer.motion,
+            chances: transfer.chances,
             orbit: transfer.orbit.as_deref().map(|orbit| {
                 let positions = orbit.iter().map(|position| own.length * position);
                 positions.collect()

@@ -5,6 +5,7 @@
 mod automatic;
 mod between;
 mod case;
+mod chances;
 mod classes;
 mod constraints;
 mod coupling;

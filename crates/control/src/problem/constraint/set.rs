@@ -30,6 +30,8 @@ pub(crate) struct StateInequality {
     slack: f64,
     /// By how much it is tightened at the end of each interval; empty if it is nowhere.
     margins: Arc<[f64]>,
+    /// By how much deviations may raise `g` at the states `0 … N`; empty if it holds without a probability.
+    spread: Arc<[f64]>,
     /// Time of the transfer's start, in the units of the constraint.
     start: f64,
     /// The price of a violation, if it is not forbidden.
@@ -67,6 +69,7 @@ impl InequalitySet {
                     units: Units::ones(),
                     slack: 0.0,
                     margins: Arc::default(),
+                    spread: Arc::default(),
                     start: 0.0,
                     price,
                 }),
@@ -127,6 +130,7 @@ impl InequalitySet {
         let state = |row: &StateInequality| StateInequality {
             start: row.start + h * intervals as f64,
             margins: row.margins.get(intervals..).unwrap_or_default().into(),
+            spread: row.spread.get(intervals..).unwrap_or_default().into(),
             ..row.clone()
         };
         Self {
@@ -149,6 +153,15 @@ impl InequalitySet {
             state: state.collect(),
             only_at_ends: self.only_at_ends,
         }
+    }
+
+    /// The inequalities, those on states with what deviations may add at the states `0 … N`: `g + spread ≤ 0`.
+    pub(crate) fn spread(&self, spreads: Vec<Vec<f64>>) -> Self {
+        let mut all = self.clone();
+        for (row, spread) in all.state.iter_mut().zip(spreads) {
+            row.spread = spread.into();
+        }
+        all
     }
 
     /// The inequalities, each relaxed by `slack`: `g ≤ slack`; those with a price stay.
@@ -194,16 +207,27 @@ impl StateInequality {
         let at = |end: usize| {
             let moved = self.constraint.at(self.start + h * end as f64);
             let margin = self.margins.get(end - 1);
-            if moved.is_none() && margin.is_none() {
+            if moved.is_none() && margin.is_none() && self.spread.is_empty() {
                 return None;
             }
+            let margin = margin.unwrap_or(&0.0) + self.spread_at(end, 0.0);
             Some(Self {
                 constraint: moved.unwrap_or_else(|| self.constraint.clone()),
-                slack: self.slack - margin.unwrap_or(&0.0),
+                slack: self.slack - margin,
                 ..self.clone()
             })
         };
         (1..=intervals).map_while(at).collect()
+    }
+
+    /// By how much deviations may raise `g` within a step, at a part of it from 0 to 1.
+    pub(crate) fn spread_at(&self, step: usize, part: f64) -> f64 {
+        let [from, to] = [step, step + 1].map(|at| self.spread.get(at).copied().unwrap_or(0.0));
+        if part == 0.0 {
+            from
+        } else {
+            from + part * (to - from)
+        }
     }
 
     /// `g` at a time after the start of the transfer, without slack and margins.

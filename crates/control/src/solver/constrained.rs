@@ -30,13 +30,21 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
-        if let Start::Warm(plan) = start
-            && let Some(plan) = self.between_as(plan)?
-        {
-            return Ok(plan);
+        if let Start::Warm(plan) = start {
+            match self.between_as(plan) {
+                Ok(Some(plan)) => return Ok(plan),
+                Ok(None) | Err(PlanError::Between { .. }) => (),
+                Err(error) => return Err(error),
+            }
         }
         let plan = self.at_ends(start, again)?;
-        self.between(plan)
+        match (self.between(plan), start) {
+            (Err(PlanError::Between { .. }), Start::Warm(_)) if again => {
+                let plan = self.at_ends(Start::Cold, again)?;
+                self.between(plan)
+            }
+            (done, _) => done,
+        }
     }
 
     /// Imposes the inequalities on a plan that nearly satisfies them. Without such a plan, imposes them on the best

@@ -187,7 +187,8 @@ impl StateInequality {
         self.constraint.coordinates()
     }
 
-    /// The part of each of `intervals` intervals, from 0 to 1, in which the inequality applies; empty if it is not a range.
+    /// The part of one of `intervals` intervals, between numbers from 0 to 1, in which the inequality applies; without length if
+    /// it does not.
     pub(crate) fn within(&self, interval: usize, intervals: usize) -> [f64; 2] {
         let range = self.constraint.applies();
         let part = |end: &f64| (end * intervals as f64 - interval as f64).clamp(0.0, 1.0);

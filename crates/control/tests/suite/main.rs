@@ -10,6 +10,7 @@ mod coupling;
 mod final_time;
 mod inequalities;
 mod maneuvers;
+mod minimum_time;
 mod moving;
 mod multistart;
 mod newton;

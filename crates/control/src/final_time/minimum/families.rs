@@ -3,8 +3,14 @@ use crate::final_time::retimed;
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_near};
 use crate::{Minimum, SearchSettings, Transfer, search};
 
-/// Part of the best final time that the next search is to save.
-const SAVED: f64 = 0.02;
+/// Parts of the best final time that the next search is to save, in the order of trial. Nearer to the shortest final time,
+/// fewer local minima remain, and more starts lead to the shortest family.
+const SAVED: [f64; 3] = [0.02, 0.05, 0.1];
+
+/// Parts of the distance between the best final time and its lower bound that the next search is to save, if the distance
+/// is greater than this multiple of the tolerance.
+const NEARER: [f64; 2] = [0.5, 0.2];
+const APART: f64 = 10.0;
 
 /// Relative difference within which plans that mirror each other cost the same.
 const SAME: f64 = 1e-6;
@@ -13,7 +19,8 @@ const SAME: f64 = 1e-6;
 const LONGER: [f64; 4] = [0.01, 0.03, 0.1, 0.3];
 
 /// [`super::solve_minimum_time`] for several families of plans: that of the cold start, and those of a search for local
-/// minima at a final time 2 % below the best one, again and again until it finds none.
+/// minima at shorter final times, again and again until it finds none: 2, 5 and 10 % below the best one, and between it
+/// and its lower bound.
 ///
 /// The families are followed at the solver's coarse resolution, and the best plan is refined to all intervals. Without a
 /// plan from the cold start, the search begins at the longest final time.
@@ -46,15 +53,18 @@ pub fn search_minimum_time(
         Err(error) => Err(error),
     };
     loop {
-        let final_time = match &best {
-            Ok(best) => best.final_time * (1.0 - SAVED),
-            Err(FinalTimeError::Unreached { longest, .. }) => *longest,
+        let final_times = match &best {
+            Ok(best) => shorter_times(best, range),
+            Err(FinalTimeError::Unreached { longest, .. }) => vec![*longest],
             Err(_) => break,
         };
-        if final_time < range.shortest {
-            break;
+        let mut shorter = None;
+        for final_time in final_times {
+            if shorter.is_none() && final_time >= range.shortest {
+                shorter = shortest_family(&coarse, final_time, settings, &mut observe)?;
+            }
         }
-        match shortest_family(&coarse, final_time, settings, &mut observe)? {
+        match shorter {
             Some(found) => best = Ok(found),
             None => break,
         }
@@ -64,6 +74,17 @@ pub fn search_minimum_time(
         return Ok(best);
     }
     refined(&fastest, &best, newton, &mut observe)
+}
+
+/// The final times below the best one at which to search.
+fn shorter_times(best: &MinimumTime, range: &TimeRange) -> Vec<f64> {
+    let time = best.final_time;
+    let gap = time - best.lower_bound;
+    let mut times = SAVED.map(|part| time - part * time).to_vec();
+    if gap > APART * range.tolerance * time {
+        times.extend(NEARER.map(|part| time - part * gap));
+    }
+    times
 }
 
 /// The shortest of the families that a search finds at a final time, if any.

@@ -29,7 +29,7 @@ pub struct MinimumTime {
     pub lower_bound: f64,
     /// The longest final time below `T` at which no plan was found. This does not prove that there is none.
     pub not_found: Option<f64>,
-    /// Number of transfers solved, including those without a solution.
+    /// Number of transfers solved on the way of this family, including those without a solution.
     pub solves: u32,
 }
 
@@ -152,10 +152,10 @@ impl<'t> Fastest<'t> {
         } = first;
         let mut slope = self.slope(final_time, &plan)?;
         approach.take(final_time, plan.cost, slope);
-        let mut confirmed = None;
+        // The last final time without a plan from a cold start either, and whether cold starts find more.
+        let (mut confirmed, mut cold) = (None, false);
         loop {
             let next = approach.next();
-            // At the end, no plan is to be found from a cold start either.
             let last = approach
                 .missed()
                 .filter(|missed| confirmed != Some(*missed));
@@ -177,12 +177,15 @@ impl<'t> Fastest<'t> {
             }
             solves += 1;
             let timed = self.at(shorter);
-            let found = if next.is_some() {
-                let near = retimed(&plan, timed.h);
-                solve_near(&timed, &near, self.settings, &mut *observe)
-            } else {
-                confirmed = Some(shorter);
-                solve(&timed, Start::Cold, self.settings, &mut *observe)
+            let near = next.map(|_| self.near(&timed, &plan, observe));
+            let found = match near {
+                Some(found) if !(cold && found.as_ref().is_err_and(is_missing)) => found,
+                _ => {
+                    confirmed = Some(shorter);
+                    let found = solve(&timed, Start::Cold, self.settings, &mut *observe);
+                    cold |= found.is_ok();
+                    found
+                }
             };
             match found {
                 Ok(found) => {
@@ -197,6 +200,23 @@ impl<'t> Fastest<'t> {
                 }
                 Err(error) => return Err(failed(shorter, error)),
             }
+        }
+    }
+
+    /// The plan of a transfer near one in another time, from that with its multipliers or else from its path alone.
+    fn near(
+        &self,
+        timed: &Transfer,
+        plan: &Plan,
+        observe: &mut dyn FnMut(&Progress) -> bool,
+    ) -> Result<Plan, PlanError> {
+        let mut near = retimed(plan, timed.h);
+        match solve_near(timed, &near, self.settings, &mut *observe) {
+            Err(error) if is_missing(&error) => {
+                near.multipliers.clear();
+                solve_near(timed, &near, self.settings, &mut *observe)
+            }
+            done => done,
         }
     }
 

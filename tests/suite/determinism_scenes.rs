@@ -88,6 +88,7 @@ scenes!(
     inclination_change,
     inclination_replan,
     low_orbit_approach,
+    minimum_time_slew,
     oblate_orbit,
     orbital_capture,
     pendulum,

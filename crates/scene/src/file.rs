@@ -19,8 +19,8 @@ pub(crate) use docking::{DockingFile, PortFile};
 pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
 pub(crate) use maneuver::{
-    ActuatorFile, CommandsFile, DynamicsFile, EachFile, FinalTimeFile, ManeuverFile, MotionFile,
-    ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
+    ActuatorFile, CommandsFile, DynamicsFile, EachFile, FinalTimeFile, ManeuverFile, MinimizeFile,
+    MotionFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
 };
 
 pub(crate) use sensor::{ExclusionFile, InertialErrorsFile, SensorFile};

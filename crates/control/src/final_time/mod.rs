@@ -130,6 +130,15 @@ impl Transfer {
         }
         Ok(Self { h, ..self })
     }
+
+    /// The index of the first planned command without a limit on both sides, for which [`solve_minimum_time`] has no
+    /// solution.
+    pub fn unlimited_command(&self) -> Option<usize> {
+        match ceiling::rate(self) {
+            Err(FinalTimeError::Unlimited { command }) => Some(command),
+            _ => None,
+        }
+    }
 }
 
 /// Maximum number of transfers solved.

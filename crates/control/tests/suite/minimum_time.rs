@@ -264,39 +264,79 @@ fn a_symmetric_body_reorients_faster_than_about_the_axis() {
     assert!(inner <= 8, "{inner}");
 }
 
-#[test]
-fn times_are_those_of_ipopt() {
+/// The shortest time in `n` steps by IPOPT, and the transfer.
+fn of_ipopt(name: &str, n: usize) -> (f64, Transfer) {
     let path = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../../tests/truth/minimum_time.json"
     );
     let all: Value = serde_json::from_str(&std::fs::read_to_string(path).expect(path)).expect(path);
+    let mut cases = all["cases"].as_array().expect("cases").iter();
+    let case = cases.find(|case| case["name"] == name).expect(name);
     let vector = |value: &Value| Vector3::from_fn(|i, _| value[i].as_f64().expect("a number"));
-    for case in all["cases"].as_array().expect("cases") {
-        let (inertia, by) = (vector(&case["inertia"]), vector(&case["turn"]));
-        let limit = match case["kind"].as_str() {
-            Some("moment_norm") => {
-                norm(Place::Attitude, case["limit"][0].as_f64().expect("a limit"))
-            }
-            _ => components(Place::Attitude, vector(&case["limit"]).into()),
+    let limit = {
+        let limit = case["limit"].as_array().expect("limits");
+        Vector3::from_fn(|i, _| limit[i.min(limit.len() - 1)].as_f64().expect("a limit"))
+    };
+    let limit = match case["kind"].as_str() {
+        Some("moment_norm") => norm(Place::Attitude, limit.x),
+        _ => components(Place::Attitude, limit.into()),
+    };
+    let time = case["times"][n.to_string()].as_f64().expect("a time");
+    let inertia = vector(&case["inertia"]).into();
+    (
+        time,
+        turn(inertia, n, 1.3 * time, vector(&case["turn"]), limit),
+    )
+}
+
+#[test]
+fn asymmetric_bodies_turn_as_fast_as_by_ipopt() {
+    for (name, n) in [
+        ("asymmetric, 150 degrees", 50),
+        ("asymmetric, 150 degrees", 100),
+        ("asymmetric under a norm", 50),
+    ] {
+        let (time, transfer) = of_ipopt(name, n);
+        let found = fastest(&transfer, &RANGE);
+        let apart = found.final_time / time - 1.0;
+        println!("{name} in {n}: {apart:.1e}");
+        assert!(apart.abs() < 2e-6, "{} for {time}", found.final_time);
+    }
+}
+
+#[test]
+fn symmetric_bodies_turn_as_fast_as_by_ipopt() {
+    for (name, n) in [
+        ("symmetric, 180 degrees", 50),
+        ("symmetric, 90 degrees", 50),
+    ] {
+        let (time, transfer) = of_ipopt(name, n);
+        let settings = SearchSettings {
+            starts: 20,
+            ..SearchSettings::default()
         };
-        for (n, time) in case["times"].as_object().expect("times") {
-            let n: usize = n.parse().expect("a number of steps");
-            let time = time.as_f64().expect("a time");
-            let transfer = turn(inertia.into(), n, 1.3 * time, by, limit.clone());
-            let settings = SearchSettings {
-                starts: 40,
-                ..SearchSettings::default()
-            };
-            let found =
-                search_minimum_time(&transfer, &RANGE, &settings, |_| true).expect("a plan");
-            println!("{} in {n}: {} for {time}", case["name"], found.final_time);
-            assert!(
-                (found.final_time / time - 1.0).abs() < 3e-6,
-                "{} for {time}",
-                found.final_time
-            );
-        }
+        let found = search_minimum_time(&transfer, &RANGE, &settings, |_| true).expect("a plan");
+        let apart = found.final_time / time - 1.0;
+        println!("{name} in {n}: {apart:.1e}");
+        assert!(apart.abs() < 2e-6, "{} for {time}", found.final_time);
+    }
+}
+
+/// Betts, Practical Methods for Optimal Control (2010), §6.8: 28.6304 in continuous time.
+#[test]
+fn the_time_in_steps_approaches_the_continuous_one_by_the_square_of_the_step() {
+    let errors = [25, 50, 100].map(|n| {
+        let by = 5.0 / 6.0 * PI * Vector3::x();
+        let limit = components(Place::Attitude, [50.0; 3]);
+        let transfer = turn([5621.0, 4547.0, 2364.0], n, 40.0, by, limit);
+        28.630_407_7 - fastest(&transfer, &RANGE).final_time
+    });
+    println!("{errors:?}");
+    assert!(errors[2].abs() < 3e-3);
+    for pair in errors.windows(2) {
+        let order = (pair[0] / pair[1]).log2();
+        assert!((order - 2.0).abs() < 0.3, "{order}: {errors:?}");
     }
 }
 

@@ -42,6 +42,7 @@ const SHIPPED: [Shipped; 21] = [
     scene!("inclination_change", Some((0, PUSH))),
     scene!("inclination_replan", Some((0, PUSH))),
     scene!("low_orbit_approach", Some((1, PUSH))),
+    scene!("minimum_time_slew", Some((0, TURN))),
     scene!("oblate_orbit", None),
     scene!("orbital_capture", Some((0, PUSH))),
     scene!("pendulum", None),

@@ -19,6 +19,7 @@ pub const SCENES: [(&str, &str); 21] = [
     shipped!("inclination_change"),
     shipped!("inclination_replan"),
     shipped!("low_orbit_approach"),
+    shipped!("minimum_time_slew"),
     shipped!("oblate_orbit"),
     shipped!("orbital_capture"),
     shipped!("pendulum"),

@@ -290,54 +290,41 @@ fn of_ipopt(name: &str, n: usize) -> (f64, Transfer) {
     )
 }
 
-#[test]
-fn asymmetric_bodies_turn_as_fast_as_by_ipopt() {
-    for (name, n) in [
-        ("asymmetric, 150 degrees", 50),
-        ("asymmetric, 150 degrees", 100),
-        ("asymmetric under a norm", 50),
-    ] {
-        let (time, transfer) = of_ipopt(name, n);
-        let found = fastest(&transfer, &RANGE);
-        let apart = found.final_time / time - 1.0;
-        println!("{name} in {n}: {apart:.1e}");
-        assert!(apart.abs() < 2e-6, "{} for {time}", found.final_time);
-    }
+/// The relative difference between the shortest time of a search and that of IPOPT.
+fn apart(name: &str, n: usize) -> f64 {
+    let (time, transfer) = of_ipopt(name, n);
+    let settings = SearchSettings {
+        starts: 20,
+        ..SearchSettings::default()
+    };
+    let found = search_minimum_time(&transfer, &RANGE, &settings, |_| true).expect("a plan");
+    let apart = found.final_time / time - 1.0;
+    println!(
+        "{name} in {n}: {} above {}, {apart:.1e}",
+        found.final_time, found.lower_bound
+    );
+    apart.abs()
 }
 
 #[test]
 fn symmetric_bodies_turn_as_fast_as_by_ipopt() {
-    for (name, n) in [
-        ("symmetric, 180 degrees", 50),
-        ("symmetric, 90 degrees", 50),
-    ] {
-        let (time, transfer) = of_ipopt(name, n);
-        let settings = SearchSettings {
-            starts: 20,
-            ..SearchSettings::default()
-        };
-        let found = search_minimum_time(&transfer, &RANGE, &settings, |_| true).expect("a plan");
-        let apart = found.final_time / time - 1.0;
-        println!("{name} in {n}: {apart:.1e}");
-        assert!(apart.abs() < 2e-6, "{} for {time}", found.final_time);
-    }
+    assert!(apart("symmetric, 180 degrees", 50) < 2e-6);
+    assert!(apart("symmetric, 90 degrees", 50) < 2e-6);
 }
 
-/// Betts, Practical Methods for Optimal Control (2010), §6.8: 28.6304 in continuous time.
 #[test]
-fn the_time_in_steps_approaches_the_continuous_one_by_the_square_of_the_step() {
-    let errors = [25, 50, 100].map(|n| {
-        let by = 5.0 / 6.0 * PI * Vector3::x();
-        let limit = components(Place::Attitude, [50.0; 3]);
-        let transfer = turn([5621.0, 4547.0, 2364.0], n, 40.0, by, limit);
-        28.630_407_7 - fastest(&transfer, &RANGE).final_time
-    });
-    println!("{errors:?}");
-    assert!(errors[2].abs() < 3e-3);
-    for pair in errors.windows(2) {
-        let order = (pair[0] / pair[1]).log2();
-        assert!((order - 2.0).abs() < 0.3, "{order}: {errors:?}");
-    }
+fn asymmetric_bodies_turn_as_fast_as_by_ipopt() {
+    assert!(apart("asymmetric, 150 degrees", 50) < 2e-6);
+    assert!(apart("asymmetric under a norm", 50) < 2e-6);
+}
+
+/// Betts, Practical Methods for Optimal Control (2010), §6.8: 28.6304077 in continuous time.
+#[test]
+fn the_published_time_of_an_asymmetric_body_is_approached_by_the_square_of_the_step() {
+    assert!(apart("asymmetric, 150 degrees", 100) < 2e-6);
+    let errors = [50, 100].map(|n| 28.630_407_7 - of_ipopt("asymmetric, 150 degrees", n).0);
+    let order = (errors[0] / errors[1]).log2();
+    assert!(errors[1] < 2e-3 && (order - 2.0).abs() < 0.1, "{errors:?}");
 }
 
 #[test]

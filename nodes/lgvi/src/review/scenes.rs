@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 21] = [
+pub const SCENES: [(&str, &str); 22] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),

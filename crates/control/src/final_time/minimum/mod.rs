@@ -112,7 +112,9 @@ impl<'t> Fastest<'t> {
         } = self.range;
         let mut final_time = self.transfer.h * self.transfer.intervals as f64;
         final_time = final_time.clamp(shortest, longest);
-        for solves in 1.. {
+        let mut solves = 0;
+        loop {
+            solves += 1;
             let timed = self.at(final_time);
             let before = match start {
                 Start::Warm(plan) => Some(retimed(plan, timed.h)),
@@ -135,7 +137,6 @@ impl<'t> Fastest<'t> {
                 Err(_) => final_time = longest,
             }
         }
-        unreachable!("the longest final time is the last one")
     }
 
     /// Follows the family of a plan to its shortest final time.

@@ -359,6 +359,11 @@ fn what_does_not_fit_wheels_is_refused_with_its_key() {
             SECOND_WHEEL,
             "maneuver.dynamics",
         ),
+        (
+            &given("final_time = { min = 0.5, minimize = \"time\" }"),
+            SECOND_WHEEL,
+            "other commands beside `final_time.minimize",
+        ),
         ("commands = \"wheels\"", SECOND_WHEEL, "maneuver.motion"),
         (
             WITH_WHEELS,

@@ -89,6 +89,7 @@ scenes!(
     inclination_replan,
     low_orbit_approach,
     minimum_fuel,
+    minimum_time_slew,
     oblate_orbit,
     orbital_capture,
     pendulum,

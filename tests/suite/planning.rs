@@ -273,7 +273,7 @@ fn a_goal_in_flight_takes_over_at_its_step() {
 #[test]
 fn scenes_of_other_classes_fly_as_planned() {
     let world = World::new();
-    for name in ["slew_keep_out", "docking_corridor"] {
+    for name in ["slew_keep_out", "docking_corridor", "minimum_time_slew"] {
         let (summary, bag) = world.fly(&scene(name), name);
         assert!(miss(&summary) < 1e-9, "{name}: {}", miss(&summary));
         let plan = summary.plan.unwrap().cost;

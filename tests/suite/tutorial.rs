@@ -54,6 +54,12 @@ fn every_command_of_the_page_on_bags_in_python_runs() {
 }
 
 #[test]
+fn every_command_of_the_page_on_minimum_time_runs() {
+    let directory = run(&World::new(), "howto/minimum_time.md");
+    assert!(directory.join("flights/slew/flight.svg").exists());
+}
+
+#[test]
 fn every_command_of_the_page_on_two_satellites_runs() {
     let world = World::new();
     let directory = run(&world, "howto/two_satellites.md");

@@ -54,7 +54,10 @@ mod wheels;
 
 pub use lgvi_lie::nalgebra;
 
-pub use final_time::{FinalTime, FinalTimeError, TimeOptimality, TimedPlan, solve_final_time};
+pub use final_time::{
+    FinalTime, FinalTimeError, MinimumTime, TimeOptimality, TimeRange, TimedPlan,
+    search_minimum_time, solve_final_time, solve_minimum_time,
+};
 pub use multistart::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan, Switching};
 pub use problem::{

@@ -86,12 +86,16 @@ impl Scene {
         actuators::check_run(&scene)?;
         if let Some(file) = &file.maneuver {
             scene.maneuver = Some(maneuver::maneuver(&scene, file)?);
-            if let Some(Err(error)) = scene.transfer() {
-                return Err(SceneError::value(
-                    "maneuver",
-                    error.to_string(),
-                    "a maneuver",
-                ));
+            match scene.transfer() {
+                None => {}
+                Some(Ok(transfer)) => maneuver::check_limits(&scene, &transfer)?,
+                Some(Err(error)) => {
+                    return Err(SceneError::value(
+                        "maneuver",
+                        error.to_string(),
+                        "a maneuver",
+                    ));
+                }
             }
         }
         if let Some(file) = &file.disturbance {

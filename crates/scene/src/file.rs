@@ -20,7 +20,8 @@ pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
 pub(crate) use maneuver::{
     ActuatorFile, CommandsFile, CostFile, DynamicsFile, EachFile, FinalTimeFile, ManeuverFile,
-    MotionFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile, WeightFile,
+    MinimizeFile, MotionFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile,
+    WeightFile,
 };
 
 pub(crate) use sensor::{ExclusionFile, InertialErrorsFile, SensorFile};

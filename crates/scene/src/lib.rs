@@ -73,7 +73,7 @@ pub use error::{LONGEST, SceneError, SchemeError};
 pub use frame::Frame;
 pub use gravity::{CentralAttractor, Oblateness, SceneGravity};
 pub use integrator::{Integration, Scheme, Skipping};
-pub use maneuver::{Commands, FinalTime, Maneuver, Replan, Search, Solver, SolverMethod};
+pub use maneuver::{Commands, FinalTime, Maneuver, Minimize, Replan, Search, Solver, SolverMethod};
 pub use mount::Mount;
 pub use noise::{Process, Stream};
 pub use resolution::{Energies, Rates};

@@ -50,6 +50,18 @@ pub struct FinalTime {
     pub max_steps: u64,
     /// Cost of a unit of time, in addition to the cost of the commands.
     pub weight: f64,
+    /// What is minimized.
+    pub minimize: Minimize,
+}
+
+/// What a free duration minimizes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Minimize {
+    /// The cost of the commands and of time.
+    #[default]
+    Cost,
+    /// The duration.
+    Time,
 }
 
 /// Solver of a maneuver.

@@ -1,5 +1,8 @@
 //! Transfers whose final time is free within a range.
 
+mod approach;
+mod ceiling;
+mod minimum;
 mod root;
 mod slope;
 
@@ -8,6 +11,7 @@ use thiserror::Error;
 use crate::discrete::DecouplingError;
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve};
 use crate::{Plan, Transfer, TransferError};
+pub use minimum::{MinimumTime, TimeRange, search_minimum_time, solve_minimum_time};
 use root::{Next, Root};
 
 /// A free final time `T = N h` and its cost.
@@ -84,6 +88,22 @@ pub enum FinalTimeError {
         /// The error of the solver.
         source: Box<PlanError>,
     },
+    /// The time has no minimum, since a command can be arbitrarily large.
+    #[error(
+        "command {command} has no limit, expected limits of all commands: without them the time has no minimum"
+    )]
+    Unlimited {
+        /// Index of the command, from 0.
+        command: usize,
+    },
+    /// No plan was found at the longest final time.
+    #[error("the target is not reached within the longest final time {longest}: {source}")]
+    Unreached {
+        /// The upper bound of `T`.
+        longest: f64,
+        /// The error of the solver at that time.
+        source: Box<PlanError>,
+    },
     /// The derivative of the cost cannot be computed.
     #[error(transparent)]
     Slope(#[from] DecouplingError),
@@ -109,6 +129,15 @@ impl Transfer {
             return Err(TransferError::Step(h));
         }
         Ok(Self { h, ..self })
+    }
+
+    /// The index of the first planned command without a limit on both sides, for which [`solve_minimum_time`] has no
+    /// solution.
+    pub fn unlimited_command(&self) -> Option<usize> {
+        match ceiling::rate(self) {
+            Err(FinalTimeError::Unlimited { command }) => Some(command),
+            _ => None,
+        }
     }
 }
 
@@ -235,16 +264,21 @@ fn check(time: &FinalTime) -> Result<(), FinalTimeError> {
         weight,
         tolerance,
     } = *time;
-    let range = shortest > 0.0 && shortest <= longest && longest.is_finite();
-    if !range {
-        return Err(FinalTimeError::Range { shortest, longest });
-    }
+    check_range(shortest, longest, tolerance)?;
     if !weight.is_finite() {
         return Err(FinalTimeError::Value {
             what: "the cost of time",
             value: weight,
             expected: "",
         });
+    }
+    Ok(())
+}
+
+fn check_range(shortest: f64, longest: f64, tolerance: f64) -> Result<(), FinalTimeError> {
+    let range = shortest > 0.0 && shortest <= longest && longest.is_finite();
+    if !range {
+        return Err(FinalTimeError::Range { shortest, longest });
     }
     if !(tolerance > 0.0 && tolerance.is_finite()) {
         return Err(FinalTimeError::Value {

@@ -56,10 +56,28 @@ pub(super) fn solve(
         if std::env::var("D").is_ok() {
             for (r, sp) in spreads.iter().enumerate() {
                 let row = &transfer.inequalities.state[r];
-                let vals: Vec<(usize,f64,f64,f64)> = (1..plan.states.len()).map(|k| (k, row.value_at(transfer.h * k as f64, &plan.states[k]), sp[k], used[r][k])).collect();
-                let m = vals.iter().max_by(|a,b| (a.1+a.2).total_cmp(&(b.1+b.2))).unwrap();
-                let m2 = vals.iter().max_by(|a,b| (a.1+a.3).total_cmp(&(b.1+b.3))).unwrap();
-                println!("round {round} row {r}: {m:?} used {m2:?} cost {}", plan.cost);
+                let vals: Vec<(usize, f64, f64, f64)> = (1..plan.states.len())
+                    .map(|k| {
+                        (
+                            k,
+                            row.value_at(transfer.h * k as f64, &plan.states[k]),
+                            sp[k],
+                            used[r][k],
+                        )
+                    })
+                    .collect();
+                let m = vals
+                    .iter()
+                    .max_by(|a, b| (a.1 + a.2).total_cmp(&(b.1 + b.2)))
+                    .unwrap();
+                let m2 = vals
+                    .iter()
+                    .max_by(|a, b| (a.1 + a.3).total_cmp(&(b.1 + b.3)))
+                    .unwrap();
+                println!(
+                    "round {round} row {r}: {m:?} used {m2:?} cost {}",
+                    plan.cost
+                );
             }
         }
         let settled = round == ROUNDS || !differ(&used, &spreads);
@@ -178,7 +196,16 @@ pub(crate) fn deviations(
             next.set_column(source, &dynamics.forward(&inputs, &z, &change));
         }
         now = next;
-        if std::env::var("D2").is_ok() { println!("k {k} x {:.4} p {:.4} r {:.4} l {:.4} gain {:.2}", now.fixed_rows::<3>(0).norm(), now.fixed_rows::<3>(3).norm(), now.fixed_rows::<3>(6).norm(), now.fixed_rows::<3>(9).norm(), plan.feedback[k].norm()); }
+        if std::env::var("D2").is_ok() {
+            println!(
+                "k {k} x {:.4} p {:.4} r {:.4} l {:.4} gain {:.2}",
+                now.fixed_rows::<3>(0).norm(),
+                now.fixed_rows::<3>(3).norm(),
+                now.fixed_rows::<3>(6).norm(),
+                now.fixed_rows::<3>(9).norm(),
+                plan.feedback[k].norm()
+            );
+        }
         all.push(now);
     }
     Ok(all)

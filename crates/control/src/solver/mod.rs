@@ -78,6 +78,26 @@ pub(crate) fn solve_stated(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
+    stated(transfer, start, true, settings, &mut observe)
+}
+
+/// [`solve`] from a plan, without a cold start if that fails.
+pub(crate) fn solve_near(
+    transfer: &Transfer,
+    plan: &Plan,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    stated(transfer, Start::Warm(plan), false, settings, &mut observe)
+}
+
+fn stated(
+    transfer: &Transfer,
+    start: Start<'_>,
+    again: bool,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
     let units = Units::of(transfer);
     let own = units.transfer(transfer)?;
     let guess;
@@ -88,8 +108,8 @@ pub(crate) fn solve_stated(
             Start::Warm(&guess)
         }
     };
-    let observe = |now: &Progress| observe(&units.leave_progress(now));
-    solve_in_own_units(&own, start, settings, observe)
+    let mut observe = |now: &Progress| observe(&units.leave_progress(now));
+    by_class(&own, start, again, settings, &mut observe)
         .map(|plan| units.leave(plan))
         .map_err(|error| units.leave_error(error))
 }

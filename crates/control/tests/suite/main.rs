@@ -13,6 +13,7 @@ mod final_time;
 mod fuel;
 mod inequalities;
 mod maneuvers;
+mod minimum_time;
 mod moving;
 mod multistart;
 mod newton;

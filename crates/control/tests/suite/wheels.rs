@@ -4,8 +4,8 @@ use fastrand::Rng;
 use lgvi_control::constraint::{AngularRate, CommandLimit};
 use lgvi_control::{
     Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Place,
-    Plan, PlanError, SearchSettings, Start, Terminal, Transfer, TransferError, miss, search, solve,
-    solve_final_time,
+    Plan, PlanError, SearchSettings, Start, Terminal, TimeRange, Transfer, TransferError, miss,
+    search, solve, solve_final_time, solve_minimum_time,
 };
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::integrator::Rotor;
@@ -360,6 +360,13 @@ fn what_wheels_cannot_do_is_refused() {
     };
     let settings = NewtonSettings::default();
     let refused = solve_final_time(&transfer, &time, Start::Cold, &settings, |_| true);
+    assert_eq!(refused, Err(FinalTimeError::Wheels));
+    let range = TimeRange {
+        shortest: 1.0,
+        longest: 3.0,
+        tolerance: 1e-6,
+    };
+    let refused = solve_minimum_time(&transfer, &range, Start::Cold, &settings, |_| true);
     assert_eq!(refused, Err(FinalTimeError::Wheels));
 
     let unit = Matrix3::identity();

@@ -7,7 +7,7 @@ mod target;
 
 pub(crate) use constraints::ConstraintFile;
 
-use lgvi_control::{Dynamics, Motion};
+use lgvi_control::{Dynamics, Motion, Transfer};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, Mobility};
 
@@ -15,7 +15,7 @@ use crate::file::{
     CommandsFile, CostFile, DynamicsFile, ManeuverFile, MotionFile, SolverMethodFile,
 };
 use crate::scene::{NamedBody, Scene};
-use crate::{Integration, Maneuver, SceneError};
+use crate::{Commands, FinalTime, Integration, Maneuver, Minimize, SceneError};
 use prediction::Predictions;
 
 /// Largest number of steps of a maneuver: the planner keeps all of them in memory, and one message holds the sequence.
@@ -102,6 +102,42 @@ fn check_actuators(scene: &Scene, body: usize, file: &ManeuverFile) -> Result<()
     };
     Err(SceneError::value("maneuver.body", &file.body, expected))
 }
+
+/// Checks that all commands are limited where the duration is minimized.
+pub(super) fn check_limits(scene: &Scene, transfer: &Transfer) -> Result<(), SceneError> {
+    let Some(maneuver) = &scene.maneuver else {
+        return Ok(());
+    };
+    let minimized = |range: FinalTime| range.minimize == Minimize::Time;
+    if !maneuver.final_time.is_some_and(minimized) {
+        return Ok(());
+    }
+    let Some(command) = transfer.unlimited_command() else {
+        return Ok(());
+    };
+    let loads =
+        maneuver.actuation.commands() == LOADS.len() && maneuver.commands() == Commands::Loads;
+    let name = match LOADS.get(command) {
+        Some(name) if loads => (*name).to_string(),
+        _ => format!("command {command}"),
+    };
+    Err(SceneError::Value {
+        line: None,
+        key: "maneuver.constraints".into(),
+        value: format!("without a limit of {name}"),
+        expected: "limits of all commands beside `final_time.minimize = \"time\"`".into(),
+    })
+}
+
+/// Names of the commands where they are force and moment.
+const LOADS: [&str; 6] = [
+    "the force along x",
+    "the force along y",
+    "the force along z",
+    "the moment about x",
+    "the moment about y",
+    "the moment about z",
+];
 
 /// Returns if translation is planned, and if rotation is planned.
 fn moves(motion: Motion) -> (bool, bool) {

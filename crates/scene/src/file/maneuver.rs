@@ -36,9 +36,9 @@ pub(crate) struct ManeuverFile {
     /// Constraints along the path.
     #[serde(default)]
     pub constraints: Vec<ConstraintFile>,
-    /// Finds the duration, a local minimum of the cost plus `weight` times the duration.
+    /// Finds the duration: a local minimum of the cost plus `weight` times the duration, or the shortest one.
     pub final_time: Option<FinalTimeFile>,
-    /// Takes the cheapest local minimum from several starts; not with `final_time`.
+    /// Takes the best local minimum from several starts; not with a `final_time` that minimizes the cost.
     pub search: Option<SearchFile>,
     /// Replans in flight.
     pub replan: Option<ReplanFile>,
@@ -163,9 +163,24 @@ pub(crate) struct FinalTimeFile {
     pub min: f64,
     /// Longest duration; that of the run by default.
     pub max: Option<f64>,
-    /// Cost of a unit of time.
+    /// Cost of a unit of time; not where the time is minimized.
     #[serde(default)]
     pub weight: f64,
+    /// What is minimized: the cost plus `weight` times the duration, or the duration. The least duration needs limits of
+    /// all commands.
+    #[serde(default)]
+    pub minimize: MinimizeFile,
+}
+
+#[derive(Clone, Copy, Default, Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum MinimizeFile {
+    #[default]
+    /// The cost plus `weight` times the duration.
+    Cost,
+    /// The duration.
+    Time,
 }
 
 #[derive(Deserialize)]

@@ -11,7 +11,9 @@ use lgvi_control::{Constraint, Dynamics, Motion, Terminal};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{BodyState, Method};
 use lgvi_lie::exp;
-use lgvi_scene::{Commands, FinalTime, Integration, Maneuver, Replan, Scene, Search, SolverMethod};
+use lgvi_scene::{
+    Commands, FinalTime, Integration, Maneuver, Minimize, Replan, Scene, Search, SolverMethod,
+};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{BODY, RUN, assert_refused, with};
@@ -438,6 +440,11 @@ fn what_does_not_fit_wheels_is_refused_with_its_key() {
             SECOND_WHEEL,
             "maneuver.dynamics",
         ),
+        (
+            &given("final_time = { min = 0.5, minimize = \"time\" }"),
+            SECOND_WHEEL,
+            "other commands beside `final_time.minimize",
+        ),
         ("commands = \"wheels\"", SECOND_WHEEL, "maneuver.motion"),
         (
             WITH_WHEELS,
@@ -499,8 +506,16 @@ fn a_final_time_is_a_whole_number_of_steps() {
         min_steps: 31,
         max_steps: 50,
         weight: 2.0,
+        minimize: Minimize::Cost,
     };
     assert_eq!(found, expected);
+    let keys = "motion = \"rotation\"\nsearch = { starts = 2 }\nfinal_time = { min = 0.305, minimize = \"time\" }\n\
+                constraints = [{ kind = \"moment_norm\", limit = 1 }]";
+    let turn = "attitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0, 0, 0]";
+    assert_eq!(
+        maneuver(keys, turn).final_time.unwrap().minimize,
+        Minimize::Time
+    );
     let found = final_time("final_time = { min = 0.29 }");
     assert_eq!((found.min_steps, found.max_steps), (29, 100));
     let scene = parse("final_time = { min = 0.2, max = 0.8 }", STATE);
@@ -723,6 +738,22 @@ fn wrong_maneuvers_are_named() {
             "search = { starts = 2 }\nfinal_time = { min = 0.5 }",
             STATE,
             ["`maneuver.search`", "final_time"],
+        ),
+        (
+            "final_time = { min = 0.5, weight = 2, minimize = \"time\" }",
+            STATE,
+            ["`maneuver.final_time.weight` is 2.0", "minimize"],
+        ),
+        (
+            "replan = { every = 5, deadline = 1 }\nfinal_time = { min = 0.5, minimize = \"time\" }",
+            STATE,
+            ["`maneuver.replan`", "nothing to correct with"],
+        ),
+        (
+            "final_time = { min = 0.5, minimize = \"time\" }\n\
+             constraints = [{ kind = \"force_components\", limit = [1, 1, 1] }]",
+            STATE,
+            ["`maneuver.constraints`", "the moment about x"],
         ),
         (
             "replan = { every = 0, deadline = 1 }",

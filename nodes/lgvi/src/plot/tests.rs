@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 22] = [
+const SHIPPED: [Shipped; 23] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
@@ -43,6 +43,7 @@ const SHIPPED: [Shipped; 22] = [
     scene!("inclination_replan", Some((0, PUSH))),
     scene!("low_orbit_approach", Some((1, PUSH))),
     scene!("minimum_fuel", None),
+    scene!("minimum_time_slew", Some((0, TURN))),
     scene!("oblate_orbit", None),
     scene!("orbital_capture", Some((0, PUSH))),
     scene!("pendulum", None),

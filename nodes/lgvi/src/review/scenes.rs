@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 22] = [
+pub const SCENES: [(&str, &str); 23] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -20,6 +20,7 @@ pub const SCENES: [(&str, &str); 22] = [
     shipped!("inclination_replan"),
     shipped!("low_orbit_approach"),
     shipped!("minimum_fuel"),
+    shipped!("minimum_time_slew"),
     shipped!("oblate_orbit"),
     shipped!("orbital_capture"),
     shipped!("pendulum"),

@@ -2,6 +2,7 @@
 
 mod duration;
 mod shooting;
+mod shortest;
 #[cfg(test)]
 mod tests;
 mod violated;
@@ -14,7 +15,7 @@ use lgvi_control::{
     Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
-use lgvi_scene::{Commands, FinalTime, Maneuver, Scene, Search, Solver, SolverMethod};
+use lgvi_scene::{Commands, FinalTime, Maneuver, Minimize, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
 use self::violated::Violated;
@@ -207,7 +208,10 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
             });
             once(scene, &transfer, guess.as_ref(), observe)?
         }
-        End::Free(range) => duration::solve(scene, &initial, range, observe)?,
+        End::Free(range) => match range.minimize {
+            Minimize::Cost => duration::solve(scene, &initial, range, observe)?,
+            Minimize::Time => shortest::solve(scene, &initial, range, observe)?,
+        },
     };
     let certificate = solved.plan.certificate;
     if let Some(switching) = certificate.switching {

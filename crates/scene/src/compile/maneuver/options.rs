@@ -3,11 +3,11 @@ use lgvi_dynamics::Method;
 
 use super::ConstraintFile;
 use crate::file::{
-    FinalTimeFile, ManeuverFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile,
+    FinalTimeFile, ManeuverFile, MinimizeFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile,
 };
 use crate::{
-    Commands, FinalTime, Integration, Maneuver, Replan, Scene, SceneError, Search, Solver,
-    SolverMethod, check,
+    Commands, FinalTime, Integration, Maneuver, Minimize, Replan, Scene, SceneError, Search,
+    Solver, SolverMethod, check,
 };
 
 /// Largest number of starts of a search.
@@ -62,10 +62,22 @@ pub(super) fn final_time(
         ));
     }
     check::not_negative("maneuver.final_time.weight", file.weight)?;
+    let minimize = match file.minimize {
+        MinimizeFile::Cost => Minimize::Cost,
+        MinimizeFile::Time => Minimize::Time,
+    };
+    if minimize == Minimize::Time && file.weight != 0.0 {
+        return Err(SceneError::value(
+            "maneuver.final_time.weight",
+            file.weight,
+            "none beside `minimize = \"time\"`",
+        ));
+    }
     Ok(Some(FinalTime {
         min_steps,
         max_steps,
         weight: file.weight,
+        minimize,
     }))
 }
 
@@ -147,9 +159,28 @@ pub(super) fn check_combination(
         let expected = "none beside `relative_to`: the axes are known at the times of the run only";
         return Err(SceneError::value("maneuver.final_time", "given", expected));
     }
-    if maneuver.search.is_some() && maneuver.final_time.is_some() {
-        let key = "maneuver.search";
-        return Err(SceneError::value(key, "given", "none beside `final_time`"));
+    match maneuver.final_time.map(|range| range.minimize) {
+        None => Ok(()),
+        Some(Minimize::Time) => check_minimum_time(maneuver),
+        Some(Minimize::Cost) if maneuver.search.is_none() => Ok(()),
+        Some(Minimize::Cost) => {
+            let expected = "none beside a `final_time` that minimizes the cost";
+            Err(SceneError::value("maneuver.search", "given", expected))
+        }
+    }
+}
+
+/// Refuses what does not go with the least duration.
+fn check_minimum_time(maneuver: &Maneuver) -> Result<(), SceneError> {
+    let beside = "beside `final_time.minimize = \"time\"`";
+    if maneuver.replan.is_some() {
+        let expected =
+            format!("none {beside}: commands at their limits leave nothing to correct with");
+        return Err(SceneError::value("maneuver.replan", "given", expected));
+    }
+    if maneuver.commands() == Commands::Wheels {
+        let expected = format!("other commands {beside}");
+        return Err(SceneError::value("maneuver.commands", "wheels", expected));
     }
     Ok(())
 }

@@ -3,7 +3,7 @@ use std::fmt::{self, Display, Formatter};
 use lgvi_control::terminal::FinalPosition;
 use lgvi_control::{Dynamics, Motion, Place};
 use lgvi_dynamics::{MassDistribution, RigidBody};
-use lgvi_scene::{Scene, SolverMethod};
+use lgvi_scene::{Minimize, Scene, SolverMethod};
 use serde::Serialize;
 
 /// What is planned, and how.
@@ -35,7 +35,13 @@ impl Maneuver {
         if let Some(range) = maneuver.final_time {
             let seconds = |steps| scene.seconds(steps);
             let (least, most) = (seconds(range.min_steps), seconds(range.max_steps));
-            options.push(format!("its duration found between {least} s and {most} s"));
+            let found = match range.minimize {
+                Minimize::Cost => "found",
+                Minimize::Time => "minimized",
+            };
+            options.push(format!(
+                "its duration {found} between {least} s and {most} s"
+            ));
         }
         if let Some(search) = maneuver.search {
             options.push(format!("the best of {} starts", search.starts));

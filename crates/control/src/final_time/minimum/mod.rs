@@ -1,0 +1,244 @@
+mod families;
+
+use super::approach::Approach;
+use super::{FinalTimeError, MOST, ceiling, check_range, retimed, slope};
+use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve, solve_near};
+use crate::{Plan, Transfer};
+pub use families::search_minimum_time;
+
+/// The final times among which the shortest is wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TimeRange {
+    /// Lower bound of `T`.
+    pub shortest: f64,
+    /// Upper bound of `T`.
+    pub longest: f64,
+    /// Relative tolerance of `T`.
+    pub tolerance: f64,
+}
+
+/// The plan of the shortest final time `T*`, to the tolerance of the range.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MinimumTime {
+    /// The plan of least cost in that time; its step size is `T/N`.
+    pub plan: Plan,
+    /// `T`
+    pub final_time: f64,
+    /// A lower bound of `T*`, or 0 if none is known. It holds for plans of the same family, that is, if the least cost
+    /// `J(T)` is a convex function from `T*` to the longest final time tried.
+    pub lower_bound: f64,
+    /// The longest final time below `T` at which no plan was found. This does not prove that there is none.
+    pub not_found: Option<f64>,
+    /// Number of transfers solved on the way of this family, including those without a solution.
+    pub solves: u32,
+}
+
+/// Finds the shortest final time at which there is a plan within the limits of the commands.
+///
+/// It is the limit `ε → 0` of the least `T + ε J`. Plans of least cost are followed to shorter final times, where
+/// `dJ/dT = −1/ε` tends to `−∞`. The first one is that of the transfer's own final time, or of the nearest end of the
+/// range, or of the longest if there is none. `T` of the last one is the shortest of the range, or exceeds by at most the
+/// tolerance the lower bound or a final time at which no plan was found, not even from a cold start.
+///
+/// # Assumptions and limitations
+/// The minimum is that of the family of plans that contains the first one; [`search_minimum_time`] compares several. The
+/// number of intervals is fixed: the minimum in `N` LGVI steps differs from that in continuous time by `O(1/N²)`.
+///
+/// # Errors
+/// Returns an error if a planned command has no limit on both sides, if there is no plan at the longest final time, or if
+/// the commands are torques of reaction wheels.
+pub fn solve_minimum_time(
+    transfer: &Transfer,
+    range: &TimeRange,
+    start: Start<'_>,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<MinimumTime, FinalTimeError> {
+    let fastest = Fastest::new(transfer, range, settings)?;
+    let first = fastest.first(start, &mut observe)?;
+    fastest.descend(first, &mut observe)
+}
+
+/// A transfer that is to take the least time.
+#[derive(Clone, Copy)]
+struct Fastest<'t> {
+    transfer: &'t Transfer,
+    range: TimeRange,
+    settings: &'t NewtonSettings,
+    /// The greatest cost per unit of time.
+    rate: f64,
+}
+
+/// A plan, its final time, and the number of transfers solved to find it.
+struct Timed {
+    final_time: f64,
+    plan: Plan,
+    solves: u32,
+}
+
+impl<'t> Fastest<'t> {
+    fn new(
+        transfer: &'t Transfer,
+        range: &TimeRange,
+        settings: &'t NewtonSettings,
+    ) -> Result<Self, FinalTimeError> {
+        check_range(range.shortest, range.longest, range.tolerance)?;
+        if transfer.actuation.is_of_wheels() {
+            return Err(FinalTimeError::Wheels);
+        }
+        Ok(Self {
+            transfer,
+            range: *range,
+            settings,
+            rate: ceiling::rate(transfer)?,
+        })
+    }
+
+    fn at(&self, final_time: f64) -> Transfer {
+        Transfer {
+            h: final_time / self.transfer.intervals as f64,
+            ..self.transfer.clone()
+        }
+    }
+
+    /// The plan of the transfer's own final time, or else of the longest.
+    fn first(
+        &self,
+        start: Start<'_>,
+        observe: &mut dyn FnMut(&Progress) -> bool,
+    ) -> Result<Timed, FinalTimeError> {
+        let TimeRange {
+            shortest, longest, ..
+        } = self.range;
+        let mut final_time = self.transfer.h * self.transfer.intervals as f64;
+        final_time = final_time.clamp(shortest, longest);
+        let mut solves = 0;
+        loop {
+            solves += 1;
+            let timed = self.at(final_time);
+            let before = match start {
+                Start::Warm(plan) => Some(retimed(plan, timed.h)),
+                Start::Cold => None,
+            };
+            let start = before.as_ref().map_or(Start::Cold, Start::Warm);
+            match solve(&timed, start, self.settings, &mut *observe) {
+                Ok(plan) => {
+                    return Ok(Timed {
+                        final_time,
+                        plan,
+                        solves,
+                    });
+                }
+                Err(error) if !is_missing(&error) => return Err(failed(final_time, error)),
+                Err(error) if final_time == longest => {
+                    let source = Box::new(error);
+                    return Err(FinalTimeError::Unreached { longest, source });
+                }
+                Err(_) => final_time = longest,
+            }
+        }
+    }
+
+    /// Follows the family of a plan to its shortest final time.
+    fn descend(
+        &self,
+        first: Timed,
+        observe: &mut dyn FnMut(&Progress) -> bool,
+    ) -> Result<MinimumTime, FinalTimeError> {
+        let mut approach = Approach::new(self.range.shortest, self.range.tolerance, self.rate);
+        let Timed {
+            mut final_time,
+            mut plan,
+            mut solves,
+        } = first;
+        let mut slope = self.slope(final_time, &plan)?;
+        approach.take(final_time, plan.cost, slope);
+        // The last final time without a plan from a cold start either, and whether cold starts find more.
+        let (mut confirmed, mut cold) = (None, false);
+        loop {
+            let next = approach.next();
+            let last = approach
+                .missed()
+                .filter(|missed| confirmed != Some(*missed));
+            let Some(shorter) = next.or(last) else {
+                return Ok(MinimumTime {
+                    plan,
+                    final_time,
+                    lower_bound: approach.bound(),
+                    not_found: approach.missed(),
+                    solves,
+                });
+            };
+            if solves == MOST {
+                return Err(FinalTimeError::NotConverged {
+                    solves,
+                    final_time,
+                    slope,
+                });
+            }
+            solves += 1;
+            let timed = self.at(shorter);
+            let near = next.map(|_| self.near(&timed, &plan, observe));
+            let found = match near {
+                Some(found) if !(cold && found.as_ref().is_err_and(is_missing)) => found,
+                _ => {
+                    confirmed = Some(shorter);
+                    let found = solve(&timed, Start::Cold, self.settings, &mut *observe);
+                    cold |= found.is_ok();
+                    found
+                }
+            };
+            match found {
+                Ok(found) => {
+                    (final_time, plan) = (shorter, found);
+                    slope = self.slope(final_time, &plan)?;
+                    approach.take(final_time, plan.cost, slope);
+                }
+                Err(error) if is_missing(&error) => approach.miss(shorter),
+                Err(PlanError::Stopped { .. }) => {
+                    let best = Some(Box::new(plan));
+                    return Err(failed(final_time, PlanError::Stopped { best }));
+                }
+                Err(error) => return Err(failed(shorter, error)),
+            }
+        }
+    }
+
+    /// The plan of a transfer near one in another time, from that with its multipliers or else from its path alone.
+    fn near(
+        &self,
+        timed: &Transfer,
+        plan: &Plan,
+        observe: &mut dyn FnMut(&Progress) -> bool,
+    ) -> Result<Plan, PlanError> {
+        let mut near = retimed(plan, timed.h);
+        match solve_near(timed, &near, self.settings, &mut *observe) {
+            Err(error) if is_missing(&error) => {
+                near.multipliers.clear();
+                solve_near(timed, &near, self.settings, &mut *observe)
+            }
+            done => done,
+        }
+    }
+
+    /// `dJ/dT`
+    fn slope(&self, final_time: f64, plan: &Plan) -> Result<f64, FinalTimeError> {
+        Ok(slope::by_step(&self.at(final_time), plan)? / self.transfer.intervals as f64)
+    }
+}
+
+fn failed(final_time: f64, source: PlanError) -> FinalTimeError {
+    let source = Box::new(source);
+    FinalTimeError::Plan { final_time, source }
+}
+
+/// True if the solver found no plan for the transfer, whatever stands in the way.
+fn is_missing(error: &PlanError) -> bool {
+    matches!(
+        error,
+        PlanError::NotConverged { .. }
+            | PlanError::Infeasible { .. }
+            | PlanError::NotFound { .. }
+            | PlanError::Dynamics { .. }
+    )
+}

@@ -1,25 +1,31 @@
 //! Constraints on states that hold with a probability.
 //!
-//! To first order a flight deviates from its plan by `z_k = S_k ξ`, where ξ are independent standard normal numbers. An inequality
-//! `g` then deviates by `σ = |Sᵀ ∂g|` and holds with the probability of κ standard deviations if `g + κ σ ≤ 0`. The
-//! deviations are those of the closed loop, `S_{k+1} = (A_k − B_k K_k) S_k + B_k diag(u_k) E`. They depend on the plan, so it is solved
-//! again with those of the plan before, until it keeps its own.
+//! To first order a flight deviates from its plan by `z_k = S_k ξ`, where ξ are independent standard normal numbers. The deviations
+//! are those of the closed loop, `S_{k+1} = (A_k − B_k K_k) S_k + B_k diag(u_k) E`. An inequality `g` holds with the probability of κ
+//! standard deviations if it holds at the likeliest deviation of this size, `ξ = κ Sᵀ∂g/|Sᵀ∂g|` with the gradient there (the
+//! first-order reliability method, Hasofer and Lind 1974). The deviations depend on the plan, so it is solved again with those of
+//! the plan before, until it keeps its own.
 
+use lgvi_dynamics::BodyState;
+use lgvi_lie::exp;
 use nalgebra::{SMatrix, SVector};
 
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
 use super::solve_plain;
 use crate::discrete::{DiscreteDynamics, KickDriftKick, Linearization};
-use crate::problem::constraint::Coordinates;
-use crate::problem::{Chances, Deviations, InequalitySet, StateInequality, Uncertainty, stacked};
+use crate::problem::{
+    Chances, Deviations, InequalitySet, StateInequality, Uncertainty, Vector12, block, stacked,
+};
 use crate::{Actuation, Plan, Transfer};
 
 /// Maximum number of plans.
 const ROUNDS: u32 = 12;
+/// Number of gradients by which the likeliest deviation is found.
+const DIRECTIONS: u32 = 4;
 /// Part of the largest spread by which spreads may differ from those that were planned with.
 const SETTLED: f64 = 1e-3;
-/// By how much `g + κ σ` may exceed zero.
+/// By how much an inequality may be exceeded.
 const TOLERANCE: f64 = 1e-6;
 
 /// Solves a transfer whose inequalities on states hold with a probability.
@@ -53,33 +59,6 @@ pub(super) fn solve(
         let plan = solve_plain(&own, start, settings, &mut watch)?;
         let spreads = spreads(transfer, chances, &plan)?;
         last = worst(&transfer.inequalities, transfer.h, &plan, &spreads);
-        if std::env::var("D").is_ok() {
-            for (r, sp) in spreads.iter().enumerate() {
-                let row = &transfer.inequalities.state[r];
-                let vals: Vec<(usize, f64, f64, f64)> = (1..plan.states.len())
-                    .map(|k| {
-                        (
-                            k,
-                            row.value_at(transfer.h * k as f64, &plan.states[k]),
-                            sp[k],
-                            used[r][k],
-                        )
-                    })
-                    .collect();
-                let m = vals
-                    .iter()
-                    .max_by(|a, b| (a.1 + a.2).total_cmp(&(b.1 + b.2)))
-                    .unwrap();
-                let m2 = vals
-                    .iter()
-                    .max_by(|a, b| (a.1 + a.3).total_cmp(&(b.1 + b.3)))
-                    .unwrap();
-                println!(
-                    "round {round} row {r}: {m:?} used {m2:?} cost {}",
-                    plan.cost
-                );
-            }
-        }
         let settled = round == ROUNDS || !differ(&used, &spreads);
         if last.excess <= TOLERANCE && settled {
             return Ok(plan);
@@ -114,7 +93,7 @@ struct Worst {
     excess: f64,
 }
 
-/// The largest `g + κ σ` above zero.
+/// The inequality that deviations exceed the most.
 fn worst(set: &InequalitySet, h: f64, plan: &Plan, spreads: &[Vec<f64>]) -> Worst {
     let intervals = plan.commands.len();
     let rows = set.state.iter().zip(spreads).enumerate();
@@ -132,7 +111,7 @@ fn worst(set: &InequalitySet, h: f64, plan: &Plan, spreads: &[Vec<f64>]) -> Wors
     largest.unwrap_or_default()
 }
 
-/// `κ σ` of each inequality on states, at the states `0 … N`.
+/// By how much deviations may raise each inequality on states, at the states `0 … N`.
 fn spreads(
     transfer: &Transfer,
     chances: &Chances,
@@ -148,7 +127,7 @@ fn spreads(
             None => {
                 // A frame that moves has hardly turned in the first step.
                 let here = moving.get(at.saturating_sub(1)).unwrap_or(row);
-                quantile * here.deviation(state, deviations)
+                here.raised(state, deviations, quantile)
             }
             Some(_) => 0.0,
         });
@@ -196,37 +175,47 @@ pub(crate) fn deviations(
             next.set_column(source, &dynamics.forward(&inputs, &z, &change));
         }
         now = next;
-        if std::env::var("D2").is_ok() {
-            println!(
-                "k {k} x {:.4} p {:.4} r {:.4} l {:.4} gain {:.2}",
-                now.fixed_rows::<3>(0).norm(),
-                now.fixed_rows::<3>(3).norm(),
-                now.fixed_rows::<3>(6).norm(),
-                now.fixed_rows::<3>(9).norm(),
-                plan.feedback[k].norm()
-            );
-        }
         all.push(now);
     }
     Ok(all)
 }
 
 impl StateInequality {
-    /// The standard deviation of `g` at a state with these deviations, in the units of the constraint.
-    fn deviation(&self, state: &lgvi_dynamics::BodyState, deviations: &Deviations) -> f64 {
-        let (gradient, _) = self.derivatives(state);
-        let mut by_state = SVector::<f64, 12>::zeros();
-        let offset = match self.coordinates() {
-            Coordinates::Position | Coordinates::Pose => 0,
-            Coordinates::LinearMomentum => 3,
-            Coordinates::Attitude => 6,
-            Coordinates::AngularMomentum => 9,
-        };
-        by_state.fixed_rows_mut::<3>(offset).copy_from(&gradient);
-        if self.coordinates() == Coordinates::Pose {
-            let by_attitude = self.by_attitude(state).gradient;
-            by_state.fixed_rows_mut::<3>(6).copy_from(&by_attitude);
+    /// By how much the likeliest deviation of `quantile` standard deviations raises `g` at a state.
+    fn raised(&self, state: &BodyState, deviations: &Deviations, quantile: f64) -> f64 {
+        let mut farthest = *state;
+        for _ in 0..DIRECTIONS {
+            let along = deviations.tr_mul(&self.gradient(&farthest));
+            let size = along.norm();
+            if size == 0.0 {
+                break;
+            }
+            farthest = deviated(state, &(deviations * (along * (quantile / size))));
         }
-        deviations.tr_mul(&by_state).norm()
+        self.value(&farthest) - self.value(state)
+    }
+
+    /// The derivatives of `g` by `[δx, δγ, ζ, δΠ]`.
+    fn gradient(&self, state: &BodyState) -> Vector12 {
+        let (own, _) = self.derivatives(state);
+        let mut gradient = Vector12::zeros();
+        let [first, second] = self.coordinates().groups([Some(0), Some(6)]);
+        if let Some(offset) = first {
+            gradient.fixed_rows_mut::<3>(offset).copy_from(&own);
+        }
+        if let Some(offset) = second {
+            let own = self.by_attitude(state).gradient;
+            gradient.fixed_rows_mut::<3>(offset).copy_from(&own);
+        }
+        gradient
+    }
+}
+
+fn deviated(state: &BodyState, by: &Vector12) -> BodyState {
+    BodyState {
+        position: state.position + block(by, 0),
+        linear_momentum: state.linear_momentum + block(by, 1),
+        attitude: state.attitude * exp(&block(by, 2)),
+        angular_momentum: state.angular_momentum + block(by, 3),
     }
 }

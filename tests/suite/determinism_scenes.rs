@@ -100,6 +100,7 @@ scenes!(
     thruster_rendezvous,
     tumbling_target,
     two_dumbbells,
+    uncertain_flyaround,
     wheel_slew,
     wheel_slew_plan,
 );

@@ -105,6 +105,12 @@ impl Scene {
         if let Some(file) = &file.ensemble {
             scene.ensemble = Some(ensemble::ensemble(&scene, file)?);
         }
+        if let Some(file) = &file.maneuver {
+            let chances = maneuver::chances(&scene, file)?;
+            if let Some(maneuver) = &mut scene.maneuver {
+                maneuver.chances = chances;
+            }
+        }
         Ok(scene)
     }
 }

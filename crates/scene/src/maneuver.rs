@@ -1,6 +1,7 @@
 use lgvi_control::constraint::Moving;
 use lgvi_control::{
-    Actuation, Command, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError, shooting,
+    Actuation, Chances, Command, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError,
+    shooting,
 };
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::thrusters::Thrusters;
@@ -27,6 +28,8 @@ pub struct Maneuver {
     pub motion: Motion,
     /// Constraints along the path.
     pub constraints: Vec<Constraint>,
+    /// The probability with which constraints on states hold, or `None` if they hold for the nominal flight.
+    pub chances: Option<Chances>,
     /// The limits of the body's thrusters or wheels, if these are the commands.
     pub actuator_limit: Option<Constraint>,
     /// Range of durations, or `None` if the duration is fixed to that of the run.
@@ -220,10 +223,14 @@ impl Scene {
             maneuver.actuation.clone(),
         );
         Some(transfer.map(|transfer| {
-            transfer
+            let transfer = transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
-                .with_constraints(&constraints)
+                .with_constraints(&constraints);
+            match maneuver.chances {
+                Some(chances) => transfer.with_chances(chances),
+                None => transfer,
+            }
         }))
     }
 

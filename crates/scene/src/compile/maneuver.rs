@@ -1,10 +1,12 @@
 mod actuation;
 mod actuators;
+mod chances;
 mod constraints;
 mod options;
 mod prediction;
 mod target;
 
+pub(super) use chances::chances;
 pub(crate) use constraints::ConstraintFile;
 
 use lgvi_control::{Dynamics, Motion, Transfer};
@@ -63,6 +65,7 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         target,
         predicted: file.target.relative_to.is_some(),
         constraints,
+        chances: None,
         actuator_limit,
         actuation,
         dynamics: dynamics(scene, file),

@@ -36,6 +36,9 @@ pub(crate) struct ManeuverFile {
     /// Constraints along the path.
     #[serde(default)]
     pub constraints: Vec<ConstraintFile>,
+    /// Probability with which each constraint on states holds at each step under the deviations of `ensemble`, or else of
+    /// `disturbance`: from 0.5 to below 1. By default constraints hold for the nominal flight.
+    pub confidence: Option<f64>,
     /// Finds the duration: a local minimum of the cost plus `weight` times the duration, or the shortest one.
     pub final_time: Option<FinalTimeFile>,
     /// Takes the best local minimum from several starts; not with a `final_time` that minimizes the cost.

@@ -274,3 +274,90 @@ fn the_chaser_follows_the_corridor_of_the_tumbling_satellite() {
         assert!((one.position - other.position).norm() < 1e-3);
     }
 }
+
+/// The share of the ensemble's flights along a plan and its feedback that are inside a sphere at the end of each step.
+fn inside(scene: &Scene, plan: &Plan, radius: f64) -> Vec<f64> {
+    let ensemble = scene.ensemble.as_ref().unwrap();
+    let body = scene.maneuver.as_ref().unwrap().body;
+    let mut counts = vec![0_u64; plan.controls.len()];
+    for index in 0..ensemble.samples {
+        let sample = ensemble.sample(index);
+        let (system, states) = sample.system(scene).unwrap();
+        let bodies = system.bodies().to_vec();
+        let scheme = scene.scheme().unwrap();
+        let mut flight = scene.simulation_of(bodies, states, scheme).unwrap();
+        let mut loads = vec![Load::default(); scene.bodies.len()];
+        for (k, count) in counts.iter_mut().enumerate() {
+            let off = miss(&plan.states[k], &flight.states()[body]);
+            let change = plan.feedback[k] * off;
+            let control = plan.controls[k];
+            let load = Load {
+                force: control.force - change.fixed_rows::<3>(0),
+                moment: control.moment - change.fixed_rows::<3>(3),
+            };
+            loads[body] = sample.actuators.apply(&load);
+            flight.advance(&loads).unwrap();
+            *count += u64::from(flight.states()[body].position.norm() < radius);
+        }
+    }
+    let share = |count: &u64| *count as f64 / ensemble.samples as f64;
+    counts.iter().map(share).collect()
+}
+
+/// Ten thousand flights of the ensemble violate the constraint as rarely as its confidence promises, and nearly as often.
+#[test]
+fn the_chaser_keeps_the_distance_that_its_deviations_need() {
+    let scene = shipped("uncertain_flyaround");
+    let rates = inside(&scene, &plan(&scene), 30.0);
+    let largest = rates.iter().copied().fold(0.0, f64::max);
+    let error = 3.0 * (0.01_f64 * 0.99 / 1e4).sqrt();
+    assert!(largest <= 0.01 + error, "{largest}");
+    assert!(largest >= 0.005, "{largest}");
+    let nominal = changed("uncertain_flyaround", "confidence = 0.99\n", "").unwrap();
+    let rates = inside(&nominal, &plan(&nominal), 30.0);
+    assert!(
+        rates.iter().any(|rate| *rate > 0.3),
+        "the constraint is idle"
+    );
+}
+
+#[test]
+fn confidences_that_cannot_be_kept_are_refused_with_their_key() {
+    for (line, instead, expected) in [
+        ("confidence = 0.99", "confidence = 1.0", "a probability"),
+        ("confidence = 0.99", "confidence = 0.3", "a probability"),
+        (
+            "position = 1.0 ",
+            "mass = 0.1\nposition = 1.0 ",
+            "ensemble.bodies.mass",
+        ),
+        (
+            "confidence = 0.99",
+            "confidence = 0.9\nsearch = { starts = 2 }",
+            "beside `search`",
+        ),
+        (
+            "confidence = 0.99",
+            "confidence = 0.9\nreplan = { every = 10, deadline = 1.0 }",
+            "beside `replan`",
+        ),
+        (
+            "kind = \"keep_out_sphere\"\ncenter = [0.0, 0.0, 0.0]\nradius = 30.0",
+            "kind = \"force_norm\"\nlimit = 5",
+            "a constraint on states",
+        ),
+    ] {
+        let refused = changed("uncertain_flyaround", line, instead).expect_err(instead);
+        assert!(refused.contains(expected), "{instead}: {refused}");
+    }
+    let refused = changed(
+        "docking_corridor",
+        "[maneuver]",
+        "[maneuver]\nconfidence = 0.9",
+    );
+    assert!(
+        refused
+            .expect_err("no deviations")
+            .contains("`ensemble` or `disturbance`")
+    );
+}

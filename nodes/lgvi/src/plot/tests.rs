@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 23] = [
+const SHIPPED: [Shipped; 24] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
@@ -54,6 +54,7 @@ const SHIPPED: [Shipped; 23] = [
     scene!("thruster_rendezvous", None),
     scene!("tumbling_target", Some((1, PUSH))),
     scene!("two_dumbbells", None),
+    scene!("uncertain_flyaround", Some((1, PUSH))),
     scene!("wheel_slew", None),
     scene!("wheel_slew_plan", None),
 ];

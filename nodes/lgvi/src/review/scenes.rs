@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 23] = [
+pub const SCENES: [(&str, &str); 24] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -31,6 +31,7 @@ pub const SCENES: [(&str, &str); 23] = [
     shipped!("thruster_rendezvous"),
     shipped!("tumbling_target"),
     shipped!("two_dumbbells"),
+    shipped!("uncertain_flyaround"),
     shipped!("wheel_slew"),
     shipped!("wheel_slew_plan"),
 ];

@@ -215,6 +215,11 @@ impl Constraint {
         }
     }
 
+    /// Returns true if it limits commands, not states.
+    pub fn is_on_commands(&self) -> bool {
+        matches!(self.unpriced(), Self::Commands(_))
+    }
+
     /// The coordinate whose motion it limits, or `None` if it limits both.
     pub fn place(&self) -> Option<Place> {
         match self {

@@ -224,7 +224,7 @@ impl ConstraintFile {
         matches!(self, Self::ForceComponents { .. })
     }
 
-    pub(super) fn relative_to(&self) -> Option<&RelativeFile> {
+    pub(crate) fn relative_to(&self) -> Option<&RelativeFile> {
         match self {
             Self::KeepOutCone { relative_to, .. }
             | Self::KeepOutSphere { relative_to, .. }

@@ -35,8 +35,11 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
             let inequality = placed.at(interval);
             let penalty = self.schedule.penalty.of(inequality.price);
             row.model(&penalty, *scale * inequality.value(state));
-            let bend = curvature * row.multiplier * *scale;
-            let weight = if self.gives_way { 0.0 } else { row.weight };
+            let (bend, weight) = if self.gives_way {
+                (0.0, 0.0)
+            } else {
+                (curvature * row.multiplier * *scale, row.weight)
+            };
             let [first, second] = placed.groups;
             if let Some(offset) = first {
                 let (by_group, twice) = inequality.derivatives(state);

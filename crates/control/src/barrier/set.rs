@@ -24,7 +24,7 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) state_rows: Vec<StateRow>,
     /// The cost of fuel, if commands have prices.
     pub(super) fuel: Option<Fuel<U>>,
-    /// True if the inequalities on states do not stiffen the model.
+    /// True if the inequalities on states add nothing to the Hessian.
     pub(super) gives_way: bool,
     /// The longest step of the multipliers along the direction.
     pub(super) reach: f64,

@@ -64,7 +64,7 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// The derivative of the penalties along the direction, for all intervals.
     fn slope(&self) -> f64;
 
-    /// Sets whether inequalities on states give way in the model: their multipliers stay, whatever the deviation.
+    /// Sets whether inequalities on states give way in the model: they add nothing to the Hessian.
     fn give_way(&mut self, _give_way: bool) {}
 
     /// The cost of all intervals beside the quadratic one.

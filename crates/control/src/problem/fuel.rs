@@ -4,6 +4,7 @@ use std::ops::Range;
 
 use nalgebra::Matrix3;
 
+use super::constraint::command_limits;
 use super::{Actuation, ActuationError, Command, Constraint};
 
 /// A price on the norm of some of the commands: `p |w|` per unit of time.
@@ -16,6 +17,15 @@ pub(crate) struct Price {
 }
 
 impl Price {
+    /// The direction of its commands, or `None` if they are zero.
+    pub(crate) fn direction(&self, command: &Command) -> Option<Command> {
+        let mut own = Command::zeros();
+        let (first, count) = (self.commands.start, self.commands.len());
+        own.rows_mut(first, count)
+            .copy_from(&command.rows(first, count));
+        own.try_normalize(0.0)
+    }
+
     /// `|w|` of its commands.
     pub(crate) fn magnitude(&self, command: &Command) -> f64 {
         command
@@ -30,11 +40,14 @@ impl Actuation {
     /// keep their quadratic cost.
     ///
     /// # Errors
-    /// Returns an error if no constraint limits a command with a price, if the weights of the force differ by axis, or if the
+    /// Returns an error if no constraint without a price limits a command that costs fuel, if the weights of the force differ by axis, or if the
     /// commands are torques of wheels.
     pub fn minimizing_fuel(&self, constraints: &[Constraint]) -> Result<Self, ActuationError> {
         if self.is_of_wheels() {
             return Err(ActuationError::FuelOfWheels);
+        }
+        if self.minimizes_fuel() {
+            return Ok(self.clone());
         }
         let limits = self.limits(constraints);
         let limited = |command: usize| match limits[command] {
@@ -77,14 +90,10 @@ impl Actuation {
 
     /// For each command, the largest size that the constraints allow it alone, or infinity.
     fn limits(&self, constraints: &[Constraint]) -> Command {
-        let mut limits = Command::repeat(f64::INFINITY);
-        for constraint in constraints {
-            if let Constraint::Commands(constraint) = constraint {
-                for row in constraint.inequalities(self) {
-                    limits = limits.inf(&row.limits());
-                }
-            }
-        }
-        limits
+        let rows = constraints.iter().flat_map(|constraint| match constraint {
+            Constraint::Commands(constraint) => constraint.inequalities(self),
+            _ => Vec::new(),
+        });
+        command_limits(&rows.collect::<Vec<_>>())
     }
 }

@@ -184,6 +184,13 @@ impl StateInequality {
     /// By how much the likeliest deviation of `quantile` standard deviations raises `g` at a state.
     fn raised(&self, state: &BodyState, deviations: &Deviations, quantile: f64) -> f64 {
         let mut farthest = *state;
+        if self.gradient(state) == Vector12::zeros() {
+            // A limit of a norm about rest: any direction raises it.
+            let sources = deviations.column_iter();
+            let ends = sources.map(|source| deviated(state, &(quantile * source)));
+            let highest = ends.max_by(|a, b| self.value(a).total_cmp(&self.value(b)));
+            farthest = highest.unwrap_or(farthest);
+        }
         for _ in 0..DIRECTIONS {
             let along = deviations.tr_mul(&self.gradient(&farthest));
             let size = along.norm();

@@ -309,8 +309,7 @@ impl<C> Solver<'_, C> {
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
         let actuation = &transfer.actuation;
-        let commands = iterate.commands.iter().map(|w| self.class.widened(w));
-        let fuel = transfer.h * commands.map(|w| actuation.rate(&w)).sum::<f64>();
+        let fuel = self.fuel(iterate);
         Barrier::new(
             set,
             actuation,

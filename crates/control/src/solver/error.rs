@@ -68,6 +68,14 @@ pub enum PlanError {
         /// Tolerance of the violation.
         tolerance: f64,
     },
+    /// A command that costs fuel has no limit among the transfer's constraints.
+    #[error(
+        "command {command} costs fuel and no constraint of the transfer limits it, expected one without a price"
+    )]
+    Unlimited {
+        /// Index of the command, from 0.
+        command: usize,
+    },
     /// No plan was found that keeps its own deviations within an inequality.
     #[error(
         "constraint {constraint} does not hold with its probability at step {step}: the deviations of the plan exceed it by \

@@ -119,8 +119,8 @@ impl<C> Solver<'_, C> {
         Ok(plan)
     }
 
-    /// Gains of neighboring extremals that do not hold on to inequalities on states: a plan keeps a distance from them that is
-    /// meant for its deviations.
+    /// Gains that do not know the inequalities on states. A plan keeps the distance from them that its deviations need, and those
+    /// of neighboring extremals would hold it there, or even push it away from where they curve.
     fn yielding_gains<S, Q, const X: usize, const U: usize>(
         &self,
         problem: &Problem<'_, S, C::Ending, X, U>,

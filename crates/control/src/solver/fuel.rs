@@ -1,17 +1,30 @@
 //! Minimum fuel: the weights on the way from a quadratic cost, and the switching structure.
 
-use nalgebra::{SMatrix, SVector};
+use nalgebra::SMatrix;
 
 use super::attempt::Solver;
 use super::class::Class;
-use crate::newton::Newton;
-use crate::problem::Price;
+use crate::newton::{Iterate, Newton};
+use crate::problem::{CommandInequality, Price};
 use crate::{Command, Switching, Transfer};
 
 /// The part of the quadratic weight that is left in plans at minimum fuel, so that commands between their limits are unique.
 pub(super) const LAST_SMOOTHNESS: f64 = 1e-6;
 /// Distance to zero or a limit, relative to the limit, within which a command is off or at the limit.
 const CLOSE: f64 = 1e-3;
+
+/// Part of the greatest possible cost that the barrier takes for the cost of a plan that costs less.
+const LEAST: f64 = 1e-6;
+
+/// The first command that costs fuel and has no limit.
+pub(super) fn unlimited(transfer: &Transfer) -> Option<usize> {
+    let limits = transfer.inequalities.command_limits();
+    let mut prices = transfer.actuation.prices().iter();
+    prices.find_map(|price| {
+        let mut commands = price.commands.clone();
+        commands.find(|&command| limits[command].is_infinite())
+    })
+}
 
 /// The state of a command.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -44,6 +57,22 @@ impl<C> Solver<'_, C> {
         metric.map_with_location(|i, j, weight| weight * (factor(i) * factor(j)))
     }
 
+    /// The size of the cost of fuel: that of an iterate, or a small part of the greatest possible one.
+    pub(super) fn fuel<const X: usize, const U: usize>(&self, iterate: &Iterate<X, U>) -> f64
+    where
+        C: Class<X, U>,
+    {
+        let (transfer, actuation) = (self.transfer, &self.transfer.actuation);
+        if !actuation.minimizes_fuel() {
+            return 0.0;
+        }
+        let commands = iterate.commands.iter().map(|w| self.class.widened(w));
+        let spent: f64 = commands.map(|w| actuation.rate(&w)).sum();
+        let limits = transfer.inequalities.command_limits();
+        let most = actuation.rate(&limits) * transfer.intervals as f64;
+        transfer.h * spent.max(LEAST * most)
+    }
+
     /// The switching structure at the iterate of a model, if commands have prices.
     pub(super) fn switching<const X: usize, const U: usize>(
         &self,
@@ -66,11 +95,11 @@ impl<C> Solver<'_, C> {
                 let command = self.class.widened(own);
                 let level = self.level_of(price, &command);
                 let (_, by_command) = model.dynamics[k].backward(&model.inputs, &model.costates[k]);
-                let by_command = self.class.widened(&by_command);
-                let primer = if one_sided[price.commands.start] {
-                    -by_command[price.commands.start]
-                } else {
-                    price.magnitude(&by_command)
+                let primer = -self.class.widened(&by_command);
+                let primer = match price.direction(&command) {
+                    Some(direction) if level != Level::Off => primer.dot(&direction),
+                    _ if one_sided[price.commands.start] => primer[price.commands.start],
+                    _ => price.magnitude(&primer),
                 };
                 let switching = primer / (transfer.h * price.price) - 1.0;
                 let wrong = match level {
@@ -105,13 +134,19 @@ impl<C> Solver<'_, C> {
         if price.magnitude(command) <= CLOSE * limit {
             return Level::Off;
         }
-        let limits = |commands: &SVector<f64, { crate::MAX_COMMANDS }>| {
-            let own = commands.rows(price.commands.start, price.commands.len());
-            own.amax() > 0.0
+        let alone = |row: &CommandInequality| {
+            let mut others = row.gradient(command);
+            let own = price.commands.clone();
+            let mut part = others.rows_mut(own.start, own.len());
+            let touches = part.amax() > 0.0;
+            part.fill(0.0);
+            touches && others.amax() == 0.0
         };
-        let mut rows = inequalities.command.iter();
-        let at_limit =
-            rows.any(|row| limits(&row.gradient(command)) && row.value(command) > -CLOSE);
+        let mut hard = inequalities
+            .command
+            .iter()
+            .filter(|row| row.price.is_none());
+        let at_limit = hard.any(|row| alone(row) && row.value(command) > -CLOSE);
         if at_limit {
             Level::AtLimit
         } else {

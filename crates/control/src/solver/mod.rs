@@ -68,6 +68,9 @@ fn solve_plain(
     if transfer.actuation.is_of_wheels() {
         return wheels::solve(transfer, start, settings, observe);
     }
+    if let Some(command) = fuel::unlimited(transfer) {
+        return Err(PlanError::Unlimited { command });
+    }
     solve_stated(transfer, start, settings, observe)
 }
 

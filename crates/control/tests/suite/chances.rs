@@ -229,6 +229,28 @@ fn flights_in_a_corridor_stay_with_the_promised_rate() {
     );
 }
 
+/// A body that holds still needs room for its spin all the same: the gradient of the rate vanishes there.
+#[test]
+fn a_rate_about_rest_needs_room_for_its_deviations() {
+    let still = Vector3::zeros();
+    let ends = [at(still, still, still), at(still, still, still)];
+    let rate = AngularRate::new(0.05, body().inertia()).expect("a rate");
+    let spinning = |angular_velocity| {
+        let uncertainty = Uncertainty {
+            angular_velocity,
+            ..Uncertainty::default()
+        };
+        let transfer = transfer(0.0, 8.0, 20, ends)
+            .with_motion(Motion::Rotation)
+            .with_constraints(&[Constraint::state(rate)])
+            .with_chances(Chances::new(uncertainty, 0.99).expect("chances"));
+        planned(&transfer)
+    };
+    assert!(spinning(0.01).is_ok());
+    let error = spinning(0.05).expect_err("no room for the spin");
+    assert!(error.to_string().contains("constraint 0"), "{error}");
+}
+
 #[test]
 fn what_cannot_hold_with_a_probability_is_refused() {
     let still = Vector3::zeros();

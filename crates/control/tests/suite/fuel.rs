@@ -301,6 +301,35 @@ fn a_warm_start_takes_fewer_iterations() {
     assert!((near.cost / plan.cost - 1.0).abs() < 1e-2);
 }
 
+/// Nothing needs to be done, and a drift that arrives by itself needs next to nothing.
+#[test]
+fn a_flight_that_arrives_by_itself_costs_nothing() {
+    let (here, slow) = (Vector3::y(), 0.3 * Vector3::x());
+    for [start, end] in [
+        [[here, Vector3::zeros()], [here, Vector3::zeros()]],
+        [[here, slow], [here + 3.0 * slow, slow]],
+    ] {
+        let plan = planned(&orbit([start, end], 0.0, 3.0, 40, 1.0)).expect("a plan");
+        assert!(plan.cost.abs() < 1e-5, "{}", plan.cost);
+        assert!(plan.certificate.terminal < 1e-12, "{:?}", plan.certificate);
+    }
+}
+
+/// The constraints that the prices were made with have to be those of the transfer.
+#[test]
+fn a_transfer_without_the_limits_is_refused() {
+    let transfer = orbit([[Vector3::y(); 2], [Vector3::x(); 2]], 0.0, 3.0, 40, 1.0);
+    let refused = planned(&transfer.clone().with_constraints(&[]));
+    assert_eq!(refused, Err(PlanError::Unlimited { command: 0 }));
+    let soft = force_norm(1.0).priced(1.0).expect("a price");
+    let refused = planned(&transfer.with_constraints(&[soft]));
+    assert_eq!(refused, Err(PlanError::Unlimited { command: 0 }));
+    let once = forces()
+        .minimizing_fuel(&[force_norm(1.0)])
+        .expect("limits");
+    assert_eq!(once.minimizing_fuel(&[]), Ok(once));
+}
+
 #[test]
 fn costs_that_are_not_of_fuel_are_refused() {
     let refused = |actuation: Actuation, constraints: &[Constraint]| {

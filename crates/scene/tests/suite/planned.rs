@@ -315,10 +315,8 @@ fn the_chaser_keeps_the_distance_that_its_deviations_need() {
     assert!(largest >= 0.005, "{largest}");
     let nominal = changed("uncertain_flyaround", "confidence = 0.99\n", "").unwrap();
     let rates = inside(&nominal, &plan(&nominal), 30.0);
-    assert!(
-        rates.iter().any(|rate| *rate > 0.3),
-        "the constraint is idle"
-    );
+    let largest = rates.iter().copied().fold(0.0, f64::max);
+    assert!(largest > 0.05, "{largest}: the constraint is idle");
 }
 
 #[test]

@@ -49,6 +49,7 @@ pub use line_of_sight::LineOfSight;
 pub use moving::{InFrame, Moving};
 pub use plume::Plume;
 pub use rate::AngularRate;
+pub(in crate::problem) use set::command_limits;
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use speed::Speed;
 pub use sphere::KeepOutSphere;

@@ -38,6 +38,16 @@ pub(crate) struct StateInequality {
     pub(crate) price: Option<f64>,
 }
 
+/// For each command, the size that rows without a price allow it alone, or infinity.
+pub(in crate::problem) fn command_limits<'r>(
+    rows: impl IntoIterator<Item = &'r CommandInequality>,
+) -> Command {
+    let hard = rows.into_iter().filter(|row| row.price.is_none());
+    hard.fold(Command::repeat(f64::INFINITY), |limits, row| {
+        limits.inf(&row.limits())
+    })
+}
+
 impl InequalitySet {
     /// The inequalities of `constraints` for an actuation, a start and a target.
     pub(crate) fn new(
@@ -89,11 +99,7 @@ impl InequalitySet {
 
     /// For each command, the size that the inequalities allow it alone, or infinity.
     pub(crate) fn command_limits(&self) -> Command {
-        let mut limits = Command::repeat(f64::INFINITY);
-        for row in &self.command {
-            limits = limits.inf(&row.limits());
-        }
-        limits
+        command_limits(&self.command)
     }
 
     /// True if there are no inequalities.

@@ -200,7 +200,7 @@ class Transfer:
             depths = ca.vertcat(*self.inequalities([c])) / (2 * c["radius"] ** 2)
             elastic.append(ca.MX.sym("t", depths.numel()))
             exceeded += [-elastic[-1], depths - elastic[-1]]
-            cost += c["price"] * ca.sum1(elastic[-1])
+            cost += self.h * c["price"] * ca.sum1(elastic[-1])
         return elastic, exceeded, cost
 
     def solve(self, constraints, guess):
@@ -255,7 +255,7 @@ CASES = [
     ("plume at a distance", "flyby", FLYBY, {},
      [{"kind": "plume", "axis": [-1.0, 0.0, 0.0], "point": [0.0, -0.8, 0.1], "half_angle": 2.4, "distance": 0.9}]),
     ("sphere with a price", "C_i", C_I, {},
-     [{"kind": "keep_out_sphere", "center": [0.4, 0.44, 0.46], "radius": 0.12, "price": 0.5}]),
+     [{"kind": "keep_out_sphere", "center": [0.4, 0.44, 0.46], "radius": 0.12, "price": 27.686228648380467}]),
     ("orbit", "C_i", C_I, {"terminal": {"translation": "orbit", "rotation": "state"}}, []),
     ("position and spin axis", "C_i", C_I,
      {"terminal": {"translation": "position", "rotation": "spin_axis", "axis": [0.0, 0.0, 1.0]}}, []),

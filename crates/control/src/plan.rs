@@ -22,12 +22,21 @@ pub struct Plan {
     pub multipliers: Vec<SVector<f64, 12>>,
     /// Gains `K_0 … K_{N−1}` (6×12) of the neighboring extremals: `u_{k+1} = u*_{k+1} − K_k δz_k`, in the axes of the controls.
     pub feedback: Vec<SMatrix<f64, 6, 12>>,
-    /// The objective.
+    /// The cost of the commands.
     pub cost: f64,
+    /// What violations of constraints with a price cost.
+    pub paid: f64,
     /// The errors of the optimality conditions.
     pub certificate: Certificate,
     /// What the next plan can start from; the default is to start from the rest of the plan alone.
     pub sweep: Sweep,
+}
+
+impl Plan {
+    /// The objective: the cost of the commands and of violations with a price.
+    pub fn total_cost(&self) -> f64 {
+        self.cost + self.paid
+    }
 }
 
 /// Omits the data of each step.
@@ -37,6 +46,7 @@ impl fmt::Debug for Plan {
             .field("h", &self.h)
             .field("intervals", &self.commands.len())
             .field("cost", &self.cost)
+            .field("paid", &self.paid)
             .field("certificate", &self.certificate)
             .finish_non_exhaustive()
     }

@@ -64,6 +64,7 @@ impl Plan {
             h: self.h,
             states: rest(&self.states, step),
             cost: costs.sum(),
+            paid: 0.0,
             commands,
             controls: rest(&self.controls, step),
             multipliers: rest(&self.multipliers, step),

@@ -1,4 +1,3 @@
-use lgvi_control::constraint::Moving;
 use lgvi_control::{
     Actuation, Chances, Command, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError,
     shooting,
@@ -207,11 +206,8 @@ impl Scene {
         let maneuver = self.maneuver.as_ref()?;
         // The rest of the run: constraints that change with time are those of then.
         let start = self.h() * self.steps.saturating_sub(intervals as u64) as f64;
-        let later = |constraint: &Constraint| match constraint.downcast_ref::<Moving>() {
-            Some(moving) => Constraint::state(moving.later(start)),
-            None => constraint.clone(),
-        };
-        let constraints = maneuver.constraints.iter().map(later);
+        let all = maneuver.constraints.iter();
+        let constraints = all.map(|constraint| constraint.later(start));
         let constraints: Vec<_> = constraints.chain(maneuver.actuator_limit.clone()).collect();
         let transfer = Transfer::new(
             self.bodies[maneuver.body].body.clone(),

@@ -229,6 +229,10 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         self.measure().priced
     }
 
+    fn paid(&self) -> f64 {
+        self.measure().paid
+    }
+
     fn tighten(&mut self, error: f64) -> bool {
         let now = self.measure();
         self.schedule.tighten(error, &now)

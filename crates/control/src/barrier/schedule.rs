@@ -35,6 +35,8 @@ pub(super) struct Measure {
     pub(super) violation: f64,
     /// Largest `g` with a price, or 0.
     pub(super) priced: f64,
+    /// Sum of what all `g > 0` with a price cost.
+    pub(super) paid: f64,
     /// Largest `y s`.
     pub(super) product: f64,
     /// Largest rounding error of `y s`.
@@ -45,8 +47,9 @@ impl Measure {
     /// Adds a row whose `g` has this rounding error, and whose violation has a price or is forbidden.
     pub(super) fn take(&mut self, row: &Row, price: Option<f64>, rounding: f64) {
         self.gap = self.gap.max(row.gap);
-        if price.is_some() {
+        if let Some(price) = price {
             self.priced = self.priced.max(row.value);
+            self.paid += price * row.value.max(0.0);
         } else {
             self.multiplier = self.multiplier.max(row.multiplier);
             self.violation = self.violation.max(row.value);

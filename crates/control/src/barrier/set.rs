@@ -156,6 +156,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         cost: f64,
         tolerances: BarrierTolerances,
     ) -> Self {
+        let set = set.priced_by_step(h);
         let placed = |inequality: &StateInequality| {
             let coordinates = inequality.coordinates();
             Placed {
@@ -174,7 +175,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let schedule = Schedule::new(cost, rows, tolerances);
         let fuel = actuation
             .minimizes_fuel()
-            .then(|| Fuel::new(actuation, set, selection, (h, intervals), &schedule));
+            .then(|| Fuel::new(actuation, &set, selection, (h, intervals), &schedule));
         let row = StateRow {
             row: Row::default(),
             gradient: [Vector3::zeros(); 2],

@@ -22,7 +22,7 @@ use crate::problem::{Vector12, block};
 
 /// The attitude and the stored momentum. The position follows the orbit.
 pub(crate) struct Gyrostat {
-    orbit: Vec<Vector3<f64>>,
+    orbit: Arc<[Vector3<f64>]>,
 }
 
 impl<'t, const U: usize> KickDriftKick<'t, Gyrostat, 2, U> {
@@ -43,7 +43,7 @@ impl<'t, const U: usize> KickDriftKick<'t, Gyrostat, 2, U> {
 }
 
 /// Positions at `0 … intervals` of the same time, linearly between those given.
-fn resampled(orbit: &Arc<[Vector3<f64>]>, intervals: usize) -> Vec<Vector3<f64>> {
+pub(super) fn resampled(orbit: &Arc<[Vector3<f64>]>, intervals: usize) -> Arc<[Vector3<f64>]> {
     let last = orbit.len() - 1;
     let at = |k: usize| {
         let below = (k * last / intervals).min(last - 1);
@@ -51,7 +51,7 @@ fn resampled(orbit: &Arc<[Vector3<f64>]>, intervals: usize) -> Vec<Vector3<f64>>
         orbit[below].lerp(&orbit[below + 1], part)
     };
     if intervals == last {
-        orbit.to_vec()
+        orbit.clone()
     } else {
         (0..=intervals).map(at).collect()
     }

@@ -1,9 +1,12 @@
 //! The motion that a step stands for, between its ends.
 
+use std::sync::Arc;
+
 use lgvi_dynamics::BodyState;
 use lgvi_lie::{exp, log, right_jacobian_inverse};
 use nalgebra::{Matrix3, Vector3};
 
+use super::gyrostat::resampled;
 use crate::problem::constraint::cubic;
 use crate::{Dynamics, Transfer};
 
@@ -12,28 +15,38 @@ use crate::{Dynamics, Transfer};
 /// An LGVI step stands for the cubics with the positions, attitudes and velocities at its ends, which are exact for a
 /// constant force; attitudes are cubics of the rotation vector. A Lie–Euler step is a free motion with an impulse at its
 /// end: position and rotation vector are linear. Momenta are linear. The position of a transfer by wheels follows the orbit.
-pub(crate) struct Within<'t> {
+pub(crate) struct Within {
     start: BodyState,
     /// Polynomials of the part of the step: displacement and rotation vector.
     displacement: [Vector3<f64>; 3],
     turn: [Vector3<f64>; 3],
     gained: [Vector3<f64>; 2],
     /// The given positions at the ends of all steps, and the index of the step.
-    orbit: Option<(&'t [Vector3<f64>], usize)>,
+    orbit: Option<(Arc<[Vector3<f64>]>, usize)>,
 }
 
-impl<'t> Within<'t> {
-    /// The motion in `step` of `transfer`, from state to state.
-    pub(crate) fn new(
-        transfer: &'t Transfer,
-        step: usize,
+impl Within {
+    /// The motion in each step of `transfer` between these states.
+    pub(crate) fn all(transfer: &Transfer, states: &[BodyState]) -> Vec<Self> {
+        let orbit = transfer.orbit.as_ref();
+        let orbit = orbit.map(|orbit| resampled(orbit, transfer.intervals));
+        let steps = states.windows(2).take(transfer.intervals).enumerate();
+        let within = |(step, ends): (usize, &[BodyState])| {
+            let orbit = orbit.clone().map(|orbit| (orbit, step));
+            Self::new(transfer, orbit, &ends[0], &ends[1])
+        };
+        steps.map(within).collect()
+    }
+
+    fn new(
+        transfer: &Transfer,
+        orbit: Option<(Arc<[Vector3<f64>]>, usize)>,
         from: &BodyState,
         to: &BodyState,
     ) -> Self {
         let Transfer { body, h, .. } = transfer;
         let turn = log(&from.attitude.tr_mul(&to.attitude));
         let shift = to.position - from.position;
-        let orbit = transfer.orbit.as_deref();
         let linear = |whole| [whole, Vector3::zeros(), Vector3::zeros()];
         let (displacement, turn) = match transfer.dynamics {
             Dynamics::LieEuler => (linear(shift), linear(turn)),
@@ -52,19 +65,17 @@ impl<'t> Within<'t> {
                 to.linear_momentum - from.linear_momentum,
                 to.angular_momentum - from.angular_momentum,
             ],
-            orbit: orbit
-                .filter(|orbit| step + 1 < orbit.len())
-                .map(|orbit| (orbit, step)),
+            orbit,
         }
     }
 
     /// The state at a part of the step, from 0 to 1.
     pub(crate) fn at(&self, part: f64) -> BodyState {
         let polynomial = |[a, b, c]: &[Vector3<f64>; 3]| part * (a + part * (b + part * c));
-        let position = match self.orbit {
+        let position = match &self.orbit {
             Some((orbit, step)) => {
-                let from = orbit[step];
-                from + cubic(orbit, step, part, |position| position - from)
+                let from = orbit[*step];
+                from + cubic(orbit, *step, part, |position| position - from)
             }
             None => self.start.position + polynomial(&self.displacement),
         };

@@ -63,9 +63,11 @@ fn limits(transfer: &Transfer, planned: &[usize]) -> Vec<Limit> {
     let none = Command::zeros();
     let own =
         |row: &Command| DVector::from_iterator(planned.len(), planned.iter().map(|&i| row[i]));
-    let all = &transfer.inequalities.command;
+    // What has a price does not limit anything.
+    let all = transfer.inequalities.command.iter();
+    let all: Vec<_> = all.filter(|row| row.price.is_none()).collect();
     let mut limits = Vec::new();
-    for (at, inequality) in all.iter().enumerate() {
+    for (at, &inequality) in all.iter().enumerate() {
         let bound = -inequality.value(&none);
         let row = own(&inequality.gradient(&none));
         if inequality.hessian().amax() > 0.0 {

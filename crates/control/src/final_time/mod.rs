@@ -96,6 +96,12 @@ pub enum FinalTimeError {
         /// Index of the command, from 0.
         command: usize,
     },
+    /// The shortest time is found from costs that are quadratic and have no part beside that of the commands.
+    #[error("a minimum time is planned beside {beside}, expected none")]
+    Beside {
+        /// What it is.
+        beside: &'static str,
+    },
     /// No plan was found at the longest final time.
     #[error("the target is not reached within the longest final time {longest}: {source}")]
     Unreached {

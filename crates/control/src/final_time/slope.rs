@@ -8,8 +8,8 @@ use crate::problem::{Vector12, block};
 use crate::{Command, Dynamics, MAX_COMMANDS, Motion, Plan, Transfer};
 
 /// The exact derivative `dJ/dh` of a transfer's solution. By the envelope theorem it is the derivative of the
-/// Lagrangian by the step size at fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`. Terminal conditions
-/// and inequalities do not depend on the step size and do not contribute. Coordinates that follow the free flight do
+/// Lagrangian by the step size at fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`, and what violations
+/// with a price cost per unit of time. Terminal conditions and other inequalities do not depend on the step size and do not contribute. Coordinates that follow the free flight do
 /// depend on it, and the planned coordinates depend on them.
 pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, DecouplingError> {
     let motion = if is_whole(transfer.motion, plan) {
@@ -76,7 +76,7 @@ fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
     let own = |all: &Vector12| all.fixed_rows::<X>(first).into_owned();
     let mut linear = Linearization::default();
     let none = Inputs::<U>::none();
-    let mut slope = 0.0;
+    let mut slope = plan.paid / transfer.h;
     let intervals = plan.commands.iter().zip(&plan.multipliers);
     for (k, ((command, lambda), ends)) in intervals.zip(plan.states.windows(2)).enumerate() {
         steps

@@ -169,7 +169,7 @@ fn search_in_own_units(
 }
 
 pub(crate) fn rank(minima: &mut [Minimum]) {
-    minima.sort_by(|a, b| a.plan.cost.total_cmp(&b.plan.cost));
+    minima.sort_by(|a, b| a.plan.total_cost().total_cmp(&b.plan.total_cost()));
 }
 
 /// [`count`], if the plan is a strict minimum.
@@ -195,7 +195,8 @@ fn same(a: &Plan, b: &Plan) -> bool {
     let multipliers = a.multipliers.iter().zip(&b.multipliers);
     let apart: f64 = multipliers.map(|(a, b)| (a - b).norm_squared()).sum();
     let size: f64 = a.multipliers.iter().map(|a| a.norm_squared()).sum();
-    (a.cost - b.cost).abs() <= SAME * a.cost.abs() && apart <= SAME * SAME * size
+    let [cost, other] = [a, b].map(Plan::total_cost);
+    (cost - other).abs() <= SAME * cost.abs() && apart <= SAME * SAME * size
 }
 
 /// A final state for paths. Coordinates that the terminal set leaves free are those of the initial state.

@@ -159,6 +159,7 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         multipliers: vec![SVector::zeros(); *intervals],
         feedback: Vec::new(),
         cost: 0.0,
+        paid: 0.0,
         certificate: Certificate::default(),
         sweep: Sweep::default(),
     }

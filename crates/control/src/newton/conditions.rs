@@ -84,6 +84,11 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
         0.0
     }
 
+    /// What the violations cost that have a price.
+    fn paid(&self) -> f64 {
+        0.0
+    }
+
     /// Lowers β if the subproblem with the current β is solved to `error`. Returns `false` if nothing changed.
     fn tighten(&mut self, error: f64) -> bool;
 

@@ -440,5 +440,5 @@ impl<'s, C> Solver<'s, C> {
 
 /// Returns true if `found` is cheaper than `before` and replaces it.
 pub(super) fn is_cheaper(found: &Plan, before: &Plan) -> bool {
-    found.cost < before.cost * (1.0 - CHEAPER)
+    found.total_cost() < before.total_cost() * (1.0 - CHEAPER)
 }

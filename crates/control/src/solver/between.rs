@@ -126,14 +126,15 @@ impl<C> Solver<'_, C> {
         if margins.iter().flatten().all(|margin| margin.amount == 0.0) {
             return Ok(None);
         }
-        let before = margins.clone();
-        match self.tightened(similar, set, &before, &mut margins)? {
+        let none = vec![vec![Margin::default(); self.transfer.intervals]; margins.len()];
+        match self.tightened(similar, set, &none, &mut margins)? {
             Some(plan) => self.settled(plan, margins).map(Some),
             None => Ok(None),
         }
     }
 
-    /// [`Solver::between`] for a plan with these margins.
+    /// [`Solver::between`] for a plan with these margins. A plan that holds the inequalities is kept until a cheaper one, with
+    /// smaller margins, holds them too.
     fn settled<const X: usize, const U: usize>(
         &mut self,
         mut plan: Plan,
@@ -145,16 +146,23 @@ impl<C> Solver<'_, C> {
         let set = &self.transfer.inequalities;
         let tolerance = self.barrier_tolerances().violation.max(TOLERANCE);
         let mut reached = self.reached(&plan);
-        for round in 0..ROUNDS {
+        let mut held = None;
+        for round in 0..=ROUNDS {
             let worst = worst(&reached);
             let releases = round < RELEASES;
             let hurry = if releases { 1.0 } else { HURRY };
             let mut all = margins.iter().flatten().zip(reached.iter().flatten());
             let too_much = releases && all.any(|(margin, reached)| margin.is_too_much(reached));
-            if worst.excess <= tolerance && !too_much {
+            if worst.excess <= tolerance {
                 let inequality = &mut plan.certificate.inequality;
                 *inequality = inequality.max(worst.excess);
-                return Ok(plan);
+                if !too_much {
+                    return Ok(plan);
+                }
+                held = Some(plan.clone());
+            }
+            if round == ROUNDS {
+                break;
             }
             let before = margins.clone();
             let all = margins.iter_mut().flatten().zip(reached.iter().flatten());
@@ -163,11 +171,19 @@ impl<C> Solver<'_, C> {
                     margin.adjust(reached, 0.5 * tolerance, hurry);
                 }
             }
-            let Some(next) = self.tightened(&plan, set, &before, &mut margins)? else {
-                break;
+            plan = match self.tightened(&plan, set, &before, &mut margins) {
+                Ok(Some(next)) => next,
+                Ok(None) => break,
+                Err(PlanError::Stopped { best }) => {
+                    let best = held.map(Box::new).or(best);
+                    return Err(PlanError::Stopped { best });
+                }
+                Err(error) => return Err(error),
             };
-            plan = next;
             reached = self.reached(&plan);
+        }
+        if let Some(held) = held {
+            return Ok(held);
         }
         let Worst { row, step, excess } = worst(&reached);
         let inequality = &set.state[row];
@@ -238,16 +254,13 @@ impl<C> Solver<'_, C> {
     {
         let transfer = self.transfer;
         let (h, intervals) = (transfer.h, transfer.intervals);
-        let pairs = plan.states.windows(2).enumerate();
-        let motions: Vec<_> = pairs
-            .map(|(step, pair)| Within::new(transfer, step, &pair[0], &pair[1]))
-            .collect();
+        let motions = Within::all(transfer, &plan.states);
         let rows = transfer.inequalities.state.iter();
         let row = rows.map(|row| {
             let planned = self
                 .given()
                 .planned(row.coordinates(), C::OFFSETS, intervals);
-            let reached = |(step, motion): (usize, &Within<'_>)| {
+            let reached = |(step, motion): (usize, &Within)| {
                 let nowhere = Reached {
                     excess: f64::NEG_INFINITY,
                     ends: None,

@@ -104,6 +104,7 @@ impl<C> Solver<'_, C> {
         for (wide, own) in plan.multipliers.iter_mut().zip(&model.costates) {
             wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
         }
+        plan.paid = inequalities.paid();
         let (inequality, complementarity) = inequalities.residuals();
         plan.certificate = Certificate {
             stationarity: model.stationarity / model.largest.max(f64::MIN_POSITIVE),
@@ -245,6 +246,7 @@ impl<C> Solver<'_, C> {
             multipliers: vec![SVector::zeros(); transfer.intervals],
             feedback: Vec::new(),
             cost: commands.iter().map(|w| actuation.cost(transfer.h, w)).sum(),
+            paid: 0.0,
             commands,
             certificate: Certificate::default(),
             sweep: Sweep::default(),

@@ -33,6 +33,17 @@ impl Units {
                 violation,
                 best: best.map(leave),
             },
+            PlanError::Chance {
+                constraint,
+                step,
+                violation,
+                best,
+            } => PlanError::Chance {
+                constraint,
+                step,
+                violation,
+                best: best.map(leave),
+            },
             PlanError::NotConverged {
                 best,
                 iterations,
@@ -114,6 +125,7 @@ impl Units {
         let loads = self.loads();
         plan.h *= self.time;
         plan.cost *= self.cost;
+        plan.paid *= self.cost;
         for state in &mut plan.states {
             *state = self.state(state);
         }

@@ -282,3 +282,48 @@ fn a_step_that_cannot_be_tightened_is_an_error_with_its_place() {
         other => panic!("{other:?}"),
     }
 }
+
+/// Whoever stops the search for a cheaper plan gets the last one that holds between the ends of steps.
+#[test]
+fn what_holds_is_kept_until_something_cheaper_holds() {
+    let (center, radius) = (Vector3::new(0.0, -0.1, 0.05), 0.6);
+    let sphere = Constraint::state(KeepOutSphere::new(center, radius).expect("a sphere"));
+    let past = |x: f64| {
+        let [start, end] = [-x, x].map(|x| resting(Vector3::x() * x, Matrix3::identity()));
+        let free = transfer(start, end, Motion::Translation, Dynamics::Lgvi);
+        free.with_constraints(std::slice::from_ref(&sphere))
+    };
+    let fast = cold(&past(2.4)).expect("a plan");
+    // It is slower, and needs smaller margins.
+    let slow = past(1.6);
+    let stopped = |most: usize| {
+        let mut seen = 0;
+        let watch = |_: &_| {
+            seen += 1;
+            seen < most
+        };
+        let found = solve(&slow, Start::Warm(&fast), &NewtonSettings::default(), watch);
+        (found, seen)
+    };
+    let (found, all) = stopped(usize::MAX);
+    let found = found.expect("a plan");
+    let mut kept = 0;
+    for most in 1..all {
+        let (Err(PlanError::Stopped { best: Some(best) }), _) = stopped(most) else {
+            continue;
+        };
+        if best.certificate.sufficient {
+            let depth = deepest(|step, part| {
+                1.0 - (position(&best, Dynamics::Lgvi, step, part) - center).norm() / radius
+            });
+            assert!(
+                depth <= 1e-6 && best.certificate.inequality <= 1e-7,
+                "{depth:e}"
+            );
+            assert!(best.cost > found.cost);
+            kept += 1;
+        }
+    }
+    println!("{kept} of {all}");
+    assert!(kept > 0);
+}

@@ -2,10 +2,11 @@
 
 use std::f64::consts::PI;
 
-use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
+use lgvi_control::constraint::{CommandLimit, ComponentLimit, KeepOutCone, NormLimit, Place};
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, FinalTimeError, MinimumTime, Motion, NewtonSettings,
-    PlanError, SearchSettings, Start, TimeRange, Transfer, search_minimum_time, solve_minimum_time,
+    Actuation, Chances, Constraint, Dynamics, FinalTimeError, MinimumTime, Motion, NewtonSettings,
+    PlanError, SearchSettings, Start, TimeRange, Transfer, Uncertainty, search_minimum_time,
+    solve_minimum_time,
 };
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
@@ -395,4 +396,55 @@ fn whoever_stops_it_gets_the_fastest_plan_so_far() {
     };
     assert!((best.h * 40.0 - final_time).abs() < 1e-12 && final_time < 8.0);
     assert!(best.certificate.terminal < 1e-11);
+}
+
+/// A cone that the shortest turn crosses makes it longer, and holds between the ends of steps too.
+#[test]
+fn a_cone_in_the_way_takes_time() {
+    let by = 1.5 * Vector3::z();
+    let limit = norm(Place::Attitude, 1.0);
+    let free = turn([1.0; 3], 24, 4.0, by, limit.clone());
+    let direction = Vector3::new(0.75_f64.cos(), 0.75_f64.sin(), 0.1);
+    let cone = KeepOutCone::new(Vector3::x(), direction, 0.3).expect("a cone");
+    let around = free
+        .clone()
+        .with_constraints(&[limit, Constraint::state(cone)]);
+    let range = TimeRange {
+        tolerance: 1e-4,
+        ..RANGE
+    };
+    let settings = NewtonSettings::default();
+    let found = solve_minimum_time(&around, &range, Start::Cold, &settings, |_| true);
+    let found = found.expect("a plan");
+    let direct = fastest(&free, &range);
+    println!("{found:?}");
+    assert!(found.final_time > 1.01 * direct.final_time);
+    assert!(found.plan.certificate.terminal < 1e-11);
+    assert!(found.plan.certificate.inequality <= 1e-7);
+}
+
+#[test]
+fn fuel_probabilities_and_prices_have_no_minimum_time() {
+    let limit = norm(Place::Position, 1.5);
+    let limits = std::slice::from_ref(&limit);
+    let fuel = loads().minimizing_fuel(limits).expect("fuel");
+    let end = at_rest(4.0, Vector3::zeros());
+    let fuel = transfer([1.0; 3], 2.0, (40, 6.0), end, fuel)
+        .with_motion(Motion::Translation)
+        .with_constraints(limits);
+    let chances = Chances::new(Uncertainty::default(), 0.99).expect("a probability");
+    let chances = line_under_norm(40, 6.0).with_chances(chances);
+    let soft = norm(Place::Position, 1.0).priced(2.0).expect("a price");
+    let priced = line(40, 6.0).with_constraints(&[limit.clone(), soft.clone()]);
+    for (transfer, word) in [(fuel, "fuel"), (chances, "probability"), (priced, "price")] {
+        let error = refusal(&transfer, &RANGE);
+        assert!(
+            matches!(error, FinalTimeError::Beside { beside } if beside.contains(word)),
+            "{error}"
+        );
+    }
+    // What has a price limits nothing.
+    let soft = line(40, 6.0).with_constraints(&[soft]);
+    assert_eq!(soft.unlimited_command(), Some(0));
+    assert_eq!(line_under_norm(40, 6.0).unlimited_command(), None);
 }

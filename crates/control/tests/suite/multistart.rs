@@ -1,9 +1,14 @@
 //! Local minima of an inclination change.
 
+use lgvi_control::constraint::KeepOutCone;
 use lgvi_control::{
-    Minimum, NewtonSettings, PlanError, SearchSettings, Start, Transfer, search, shooting, solve,
+    Actuation, Constraint, Dynamics, Minimum, Motion, NewtonSettings, PlanError, SearchSettings,
+    Start, Transfer, search, shooting, solve,
 };
+use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 use lgvi_truth::maneuvers::{SEED, varied};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::case::Case;
 
@@ -144,4 +149,51 @@ fn a_search_is_never_dearer_than_the_plan_without_one() {
         let minima = search(&transfer, &settings, |_| true).expect("minima");
         assert!(minima[0].plan.cost <= plan.cost, "{index}");
     }
+}
+
+/// A slender body turns through a cone, or the other way round: out of the plane it is too heavy.
+#[test]
+fn the_cheapest_minimum_pays_for_its_violations() {
+    let resting = |angle: f64| BodyState {
+        position: Vector3::x(),
+        linear_momentum: Vector3::zeros(),
+        attitude: lgvi_lie::exp(&(angle * Vector3::z())),
+        angular_momentum: Vector3::zeros(),
+    };
+    let inertia = Inertia::principal([10.0, 10.0, 1.0]).expect("inertia");
+    let body = RigidBody::new(1.0, inertia, Vec::new()).expect("a body");
+    let weight = Matrix3::identity();
+    let actuation = Actuation::full(&weight, &weight).expect("weights");
+    let field = Central { gm: 0.0 };
+    let [start, end] = [-1.3, 1.3].map(resting);
+    let free = Transfer::new(body, field, 0.1, 40, start, end, actuation)
+        .expect("a transfer")
+        .with_dynamics(Dynamics::Lgvi)
+        .with_motion(Motion::Rotation);
+    let cone = KeepOutCone::new(Vector3::x(), Vector3::x(), 0.9).expect("a cone");
+    let cone = Constraint::state(cone);
+    let minima = |price: f64| {
+        let cone = cone.clone().priced(price).expect("a price");
+        let settings = SearchSettings {
+            starts: 12,
+            ..SearchSettings::default()
+        };
+        let found = search(&free.clone().with_constraints(&[cone]), &settings, |_| true);
+        let found = found.expect("minima");
+        for Minimum { plan, winding, .. } in &found {
+            println!(
+                "{price}: {} + {}, {:.2} rad",
+                plan.cost, plan.paid, winding.angle
+            );
+        }
+        found
+    };
+    let cheap = minima(0.1);
+    assert!(cheap[0].winding.angle < 3.0 && cheap[0].plan.paid > 0.01);
+    let dear = minima(2.0);
+    assert!(dear[0].winding.angle > 3.0 && dear[0].plan.paid < 1e-6);
+    let through = dear.iter().find(|minimum| minimum.winding.angle < 3.0);
+    let through = &through.expect("a way through").plan;
+    assert!(through.cost < dear[0].plan.cost);
+    assert!(through.total_cost() > dear[0].plan.total_cost());
 }

@@ -283,7 +283,7 @@ fn a_price_buys_what_it_is_worth() {
     );
     let mut last = [most(&loose, depth), loose.cost];
     for price in [1e-3, 0.3, 1.0, 3.0, 1e3] {
-        let priced = sphere.clone().priced(price).expect("a price");
+        let priced = sphere.clone().priced(price / H).expect("a price");
         let plan = planned(&free.clone().with_constraints(&[priced]));
         let now = [most(&plan, depth), plan.cost];
         assert!(
@@ -291,6 +291,13 @@ fn a_price_buys_what_it_is_worth() {
             "{price}: {now:?}, {last:?}"
         );
         assert!((plan.certificate.priced - now[0].max(0.0)).abs() < 1e-12);
+        let inside = plan.states.iter().map(|state| depth(state).max(0.0));
+        let paid = price * inside.sum::<f64>();
+        assert!(
+            (plan.paid - paid).abs() < 1e-9 * (1.0 + paid),
+            "{} for {paid}",
+            plan.paid
+        );
         assert_eq!(plan.certificate.inequality, 0.0);
         last = now;
     }
@@ -318,7 +325,7 @@ fn what_is_infeasible_has_a_plan_at_a_price() {
         matches!(refused, Err(PlanError::Infeasible { .. })),
         "{refused:?}"
     );
-    let priced = spheres.map(|sphere| sphere.priced(2.0).expect("a price"));
+    let priced = spheres.map(|sphere| sphere.priced(2.0 / H).expect("a price"));
     let plan = planned(&free.with_constraints(&priced));
     // The target is fixed and has no row; near it there is one.
     assert!(
@@ -327,7 +334,9 @@ fn what_is_infeasible_has_a_plan_at_a_price() {
         plan.certificate.priced
     );
     let tight = NormLimit::new(Place::Position, 1.0).expect("a limit");
-    let weak = Constraint::commands(tight).priced(1e-2).expect("a price");
+    let weak = Constraint::commands(tight)
+        .priced(1e-2 / H)
+        .expect("a price");
     let plan = planned(&hardly(weak));
     assert!(plan.certificate.priced > 0.1);
 }
@@ -336,4 +345,37 @@ fn what_is_infeasible_has_a_plan_at_a_price() {
 fn hardly(constraint: Constraint) -> Transfer {
     let still = |x: f64| resting(Vector3::x() * x, Matrix3::identity());
     transfer(still(0.0), to(still(3.0)), Motion::Translation).with_constraints(&[constraint])
+}
+
+/// Prices are per unit of time: what twice as many steps pay differs little.
+#[test]
+fn a_price_buys_as_much_in_shorter_steps() {
+    let [start, end] = [-2.0, 2.0].map(|x| resting(Vector3::new(x, 0.1, 0.0), Matrix3::identity()));
+    let sphere = KeepOutSphere::new(Vector3::zeros(), 0.6).expect("a sphere");
+    let sphere = Constraint::state(sphere).priced(20.0).expect("a price");
+    let weight = Matrix3::identity();
+    let plan = |n: usize| {
+        let h = H * INTERVALS as f64 / n as f64;
+        let actuation = Actuation::full(&weight, &weight).expect("weights");
+        let field = Sources::new(Vec::new());
+        let transfer = Transfer::new(body(), field, h, n, start, to(end), actuation);
+        let transfer = transfer
+            .expect("a transfer")
+            .with_motion(Motion::Translation);
+        planned(
+            &transfer
+                .with_dynamics(Dynamics::Lgvi)
+                .with_constraints(std::slice::from_ref(&sphere)),
+        )
+    };
+    let [coarse, fine] = [40, 160].map(plan);
+    assert!(
+        coarse.paid > 0.05 * coarse.cost,
+        "{} {}",
+        coarse.paid,
+        coarse.cost
+    );
+    for [coarse, fine] in [[coarse.cost, fine.cost], [coarse.paid, fine.paid]] {
+        assert!((coarse / fine - 1.0).abs() < 0.05, "{coarse} {fine}");
+    }
 }

@@ -107,17 +107,56 @@ fn costs_that_are_not_of_fuel_are_refused_with_their_keys() {
         ),
         ("docking_corridor", "\nfeedback = true", "maneuver.feedback"),
         (
-            "inclination_change",
-            "\nsolver = { method = \"shooting\" }",
-            "command 0",
+            "docking_corridor",
+            "\nsolver = { method = \"shooting\" }\ndynamics = \"lie_euler\"",
+            "`maneuver.cost` is \"fuel\", expected \"energy\" where `solver.method` is \"shooting\"",
         ),
-        ("minimum_fuel", "", "duplicate key"),
+        (
+            "docking_corridor",
+            "\nprocessed = true\ndynamics = \"lie_euler\"",
+            "`maneuver.cost` is \"fuel\", expected \"energy\" where `processed` is true",
+        ),
+        (
+            "docking_corridor",
+            "\nfinal_time = { min = 100.0, minimize = \"time\" }",
+            "`maneuver.cost` is \"fuel\", expected \"energy\" beside `final_time.minimize = \"time\"`",
+        ),
     ] {
         let refused = changed(name, "[maneuver]", &format!("{fuel}{keys}"));
         let refused = refused.expect_err(name);
         assert!(refused.contains(expected), "{name}: {refused}");
     }
     assert!(changed("docking_corridor", "[maneuver]", fuel).is_ok());
+}
+
+#[test]
+fn a_price_beside_a_minimum_time_is_refused_with_its_key() {
+    let soft = "limit = 50.0\nprice = 2.0";
+    let refused = changed("minimum_time_slew", "limit = 50.0", soft).expect_err("a price");
+    assert!(
+        refused.contains("`maneuver.constraints[0].price` is 2"),
+        "{refused}"
+    );
+}
+
+/// The rest of a maneuver has the constraints of the whole one, with their prices, as they are then.
+#[test]
+fn constraints_that_move_keep_their_prices_in_flight() {
+    let scene = changed(
+        "low_orbit_approach",
+        "radius = 4.0",
+        "radius = 4.0\nprice = 5.0",
+    )
+    .unwrap();
+    let constraints = &scene.maneuver.as_ref().unwrap().constraints;
+    assert_eq!(constraints[1].price(), Some(5.0));
+    let rest = |scene: &Scene| {
+        let steps = scene.steps as usize;
+        let transfer = scene.transfer_from(scene.bodies[1].state, steps / 2);
+        format!("{:?}", transfer.unwrap().unwrap())
+    };
+    assert!(rest(&scene).contains("price: Some(5.0)"));
+    assert!(!rest(&shipped("low_orbit_approach")).contains("price: Some(5.0)"));
 }
 
 /// Thrusters at minimum fuel are shut or wide open, and burn less than those of the plan at least energy.

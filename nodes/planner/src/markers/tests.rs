@@ -53,6 +53,7 @@ fn shown(keys: &str) -> Vec<Marker> {
         multipliers: Vec::new(),
         feedback: Vec::new(),
         cost: 0.0,
+        paid: 0.0,
         certificate: Certificate::default(),
         sweep: Sweep::default(),
     };
@@ -203,6 +204,7 @@ fn a_plan_that_stays_in_place_has_no_path() {
         multipliers: Vec::new(),
         feedback: Vec::new(),
         cost: 0.0,
+        paid: 0.0,
         certificate: Certificate::default(),
         sweep: Sweep::default(),
     };

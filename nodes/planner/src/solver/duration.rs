@@ -118,7 +118,7 @@ impl Durations<'_, '_> {
         let cost = match planned {
             Ok(Solved { plan, .. }) => {
                 let time = steps as f64 * self.scene.h();
-                let cost = plan.cost + self.range.weight * time;
+                let cost = plan.total_cost() + self.range.weight * time;
                 if self.best.as_ref().is_none_or(|(least, _)| cost < *least) {
                     self.best = Some((cost, plan));
                 }

@@ -398,7 +398,9 @@ impl From<PlanError> for Unsolved {
             PlanError::Infeasible { .. }
             | PlanError::NotFound { .. }
             | PlanError::WheelSpeed { .. } => (Reason::Infeasible, None),
-            PlanError::Between { best, .. } => (Reason::Infeasible, best),
+            PlanError::Between { best, .. } | PlanError::Chance { best, .. } => {
+                (Reason::Infeasible, best)
+            }
             PlanError::NotConverged { best, .. } => (Reason::NotConverged, best),
             PlanError::Stopped { best } => (Reason::Cancelled, best),
             PlanError::Dynamics { .. } => (Reason::NotConverged, None),

@@ -1,6 +1,8 @@
 //! A violated constraint in words: its kind, and by how much in a unit.
 
-use lgvi_control::constraint::{Coordinates, KeepOutCone, KeepOutSphere, LineOfSight};
+use lgvi_control::constraint::{
+    Coordinates, KeepOutCone, KeepOutEllipsoid, KeepOutSphere, LineOfSight, Plume,
+};
 use lgvi_control::{Constraint, PlanError};
 use lgvi_scene::{Maneuver, Scene};
 
@@ -33,6 +35,8 @@ pub(crate) enum What {
     Closest,
     /// The motion between the ends of a step.
     Between,
+    /// The deviations of the closest plan.
+    Deviations,
 }
 
 impl Violated {
@@ -54,6 +58,12 @@ impl Violated {
                 violation,
                 ..
             } => (constraint, step, violation, What::Between),
+            PlanError::Chance {
+                constraint,
+                step,
+                violation,
+                ..
+            } => (constraint, step, violation, What::Deviations),
             PlanError::WheelSpeed {
                 wheel,
                 step,
@@ -120,6 +130,9 @@ impl Violated {
             What::Between => format!(
                 "no feasible plan was found; the closest one {violates} between the ends of step {step}; shorter steps may help"
             ),
+            What::Deviations => format!(
+                "no plan was found that keeps its deviations within the constraints; with them, the closest one {violates} at step {step}"
+            ),
         }
     }
 }
@@ -132,6 +145,12 @@ fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
     if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
         let radius = sphere.constraint.radius();
         return format!("{:.3e} m", by * radius * scene.units.length);
+    }
+    if constraint.in_frame::<Plume>().is_some() {
+        return format!("{:.3} % of its distance or by {:.3}°", 100.0 * by, by.to_degrees());
+    }
+    if constraint.in_frame::<KeepOutEllipsoid>().is_some() {
+        return format!("{:.3} % of its radius", 100.0 * by);
     }
     let of = match constraint {
         Constraint::State(state) if state.coordinates() == Coordinates::Position => "its length",
@@ -151,11 +170,46 @@ mod tests {
     }
 
     #[test]
+    fn deviations_beyond_a_constraint_are_told_by_its_name() {
+        let text = include_str!("../../../../scenes/docking_corridor.toml");
+        let scene = Scene::parse("test", text).unwrap();
+        let error = PlanError::Chance {
+            constraint: 0,
+            step: 7,
+            violation: 0.25,
+            best: None,
+        };
+        let unsolved = super::super::Unsolved::from(error);
+        assert_eq!(unsolved.reason, super::super::Reason::Infeasible);
+        let violated = unsolved.violated.unwrap();
+        let told = violated.told(&scene, scene.maneuver.as_ref().unwrap());
+        let expected = "violates corridor (maneuver.constraints[0]) by 25.000 % of its length at step 7";
+        assert!(told.contains(expected), "{told}");
+    }
+
+    #[test]
     fn a_violated_constraint_has_its_kind_and_a_unit() {
         let slew = include_str!("../../../../scenes/slew_keep_out.toml");
         let text = refused(slew, "[0.5, 0.8660254, 0.1]", "[1.0, 0.1, 0.0]");
         let expected = "violates keep_out_cone (maneuver.constraints[0]) by ";
         assert!(text.contains(expected) && text.contains('°'), "{text}");
+
+        let center = "kind = \"keep_out_ellipsoid\"\ncenter = [-60.0, 12.0, -4.0]\nsemi_axes = [2.0, 3.0, 4.0]";
+        let corridor = "kind = \"corridor\"\napex = [0.5, 0.0, 0.0]\naxis = [-1.0, 0.0, 0.0]\nhalf_angle = 0.2617993877991494";
+        let docking = include_str!("../../../../scenes/docking_corridor.toml");
+        let text = refused(docking, corridor, center);
+        let expected = "violates keep_out_ellipsoid (maneuver.constraints[0]) by ";
+        assert!(
+            text.contains(expected) && text.contains(" % of its radius"),
+            "{text}"
+        );
+        let plume = "kind = \"plume\"\naxis = [1.0, 0.0, 0.0]\npoint = [-55.0, 12.0, -6.0]\nhalf_angle = 0.5\ndistance = 9.0";
+        let text = refused(docking, corridor, plume);
+        let expected = "violates plume (maneuver.constraints[0]) by ";
+        assert!(
+            text.contains(expected) && text.contains(" % of its distance or by "),
+            "{text}"
+        );
 
         let docking = include_str!("../../../../scenes/docking_corridor.toml");
         let text = refused(docking, "limit = 2.5", "limit = 0.5");

@@ -8,8 +8,8 @@ use num_dual::HyperDual64;
 
 use super::model::{H, State, scenes};
 use super::{assert_same, control, differentiated, found, random};
-use crate::discrete::KickDriftKick;
 use crate::discrete::stored::SPINNING;
+use crate::discrete::{DiscreteDynamics, KickDriftKick, Within};
 use crate::problem::Dynamics;
 use crate::{Actuation, Transfer};
 
@@ -74,6 +74,41 @@ fn steps_of_gyrostats_have_the_derivatives_of_steps_made_of_potentials() {
             let mut derivatives = derivatives;
             derivatives.a.fixed_view_mut::<3, 3>(0, 0).fill(0.0);
             assert_same(&derivatives, &expected, &format!("{}, {slow}", scene.name));
+        }
+    }
+}
+
+/// Motions within steps of another number follow the same orbit as the steps themselves.
+#[test]
+fn motions_within_steps_follow_the_resampled_orbit() {
+    let mut rng = fastrand::Rng::with_seed(39);
+    let scene = &scenes(&mut rng)[0];
+    let wheels = (0..4).map(|_| ReactionWheel::new(random::<3>(&mut rng, 1.0), 0.01));
+    let wheels = Wheels::new(wheels.collect()).unwrap();
+    let actuation = Actuation::wheels(&wheels, &[1.0, 2.0, 1.5, 0.7]).unwrap();
+    let line = |k: usize| scene.state.position + k as f64 * Vector3::new(0.1, 0.2, -0.3);
+    for intervals in [4, 8, 12] {
+        let transfer = Transfer {
+            actuation: actuation.exchanging(),
+            orbit: Some((0..=8).map(line).collect()),
+            intervals,
+            ..scene.transfer(Dynamics::Lgvi)
+        };
+        let steps = KickDriftKick::gyrostat(&transfer).unwrap();
+        let mut states = vec![scene.state];
+        for k in 0..intervals {
+            let none = nalgebra::SVector::<f64, SPINNING>::zeros();
+            states.push(steps.next(k, &states[k], &none).unwrap());
+        }
+        let motions = Within::all(&transfer, &states);
+        assert_eq!(motions.len(), intervals);
+        for (step, motion) in motions.iter().enumerate() {
+            for part in [0.0, 0.5, 1.0] {
+                let passed = (step as f64 + part) * 8.0 / intervals as f64;
+                let expected = scene.state.position + passed * Vector3::new(0.1, 0.2, -0.3);
+                let apart = (motion.at(part).position - expected).norm();
+                assert!(apart < 1e-12, "{step} of {intervals}: {apart:e}");
+            }
         }
     }
 }

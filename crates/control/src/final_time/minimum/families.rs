@@ -55,8 +55,8 @@ pub fn search_minimum_time(
     loop {
         let final_times = match &best {
             Ok(best) => shorter_times(best, range),
-            Err(FinalTimeError::Unreached { longest, .. }) => vec![*longest],
-            Err(_) => break,
+            Err(error) if is_final(error) => break,
+            Err(_) => vec![range.longest],
         };
         let mut shorter = None;
         for final_time in final_times {
@@ -112,13 +112,36 @@ fn shortest_family(
             plan,
             solves: 1,
         };
-        let found = fastest.descend(first, &mut *observe)?;
-        let shorter = |best: &MinimumTime| found.final_time < best.final_time;
-        if best.as_ref().is_none_or(shorter) {
-            best = Some(found);
-        }
+        best = shorter(best, fastest.descend(first, &mut *observe))?;
     }
     Ok(best)
+}
+
+/// The shorter of the best family and another one; a family that fails is skipped.
+fn shorter(
+    best: Option<MinimumTime>,
+    found: Result<MinimumTime, FinalTimeError>,
+) -> Result<Option<MinimumTime>, FinalTimeError> {
+    let found = match found {
+        Ok(found) => found,
+        Err(error) if is_final(&error) => return Err(error),
+        Err(_) => return Ok(best),
+    };
+    Ok(match best {
+        Some(best) if best.final_time <= found.final_time => Some(best),
+        _ => Some(found),
+    })
+}
+
+/// True if no other family is to be tried.
+fn is_final(error: &FinalTimeError) -> bool {
+    match error {
+        FinalTimeError::Plan { source, .. } => !is_missing(source),
+        FinalTimeError::Unreached { .. }
+        | FinalTimeError::NotConverged { .. }
+        | FinalTimeError::Slope(_) => false,
+        _ => true,
+    }
 }
 
 /// The minimum in all intervals, from one in fewer.
@@ -128,7 +151,7 @@ fn refined(
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<MinimumTime, FinalTimeError> {
-    let mut failure = None;
+    let mut failure = failed(coarse.final_time, PlanError::Stopped { best: None });
     for (part, solves) in LONGER.into_iter().zip(1..) {
         let final_time = (coarse.final_time * (1.0 + part)).min(fastest.range.longest);
         let path = retimed(&coarse.plan, final_time / coarse.plan.commands.len() as f64);
@@ -139,12 +162,17 @@ fn refined(
                     plan,
                     solves,
                 };
-                return fastest.descend(first, observe);
+                match fastest.descend(first, &mut *observe) {
+                    Err(error) if !is_final(&error) => failure = error,
+                    done => return done,
+                }
             }
-            Err(error) if is_missing(&error) => failure = Some(error),
+            Err(error) if is_missing(&error) => failure = failed(final_time, error),
             Err(error) => return Err(failed(final_time, error)),
         }
     }
-    let source = failure.unwrap_or(PlanError::Stopped { best: None });
-    Err(failed(coarse.final_time, source))
+    Err(failure)
 }
+
+#[cfg(test)]
+mod tests;

@@ -45,8 +45,8 @@ pub struct MinimumTime {
 /// number of intervals is fixed: the minimum in `N` LGVI steps differs from that in continuous time by `O(1/N²)`.
 ///
 /// # Errors
-/// Returns an error if a planned command has no limit on both sides, if there is no plan at the longest final time, or if
-/// the commands are torques of reaction wheels.
+/// Returns an error if a planned command has no limit on both sides, if there is no plan at the longest final time, if the
+/// commands are torques of reaction wheels, if the cost is that of fuel, or if a constraint has a price or a probability.
 pub fn solve_minimum_time(
     transfer: &Transfer,
     range: &TimeRange,
@@ -85,6 +85,15 @@ impl<'t> Fastest<'t> {
         check_range(range.shortest, range.longest, range.tolerance)?;
         if transfer.actuation.is_of_wheels() {
             return Err(FinalTimeError::Wheels);
+        }
+        let priced = transfer.inequalities.prices().next().is_some();
+        let beside = [
+            (transfer.actuation.minimizes_fuel(), "a cost of fuel"),
+            (transfer.chances.is_some(), "a probability of constraints"),
+            (priced, "a price of a violation"),
+        ];
+        if let Some((_, beside)) = beside.into_iter().find(|(given, _)| *given) {
+            return Err(FinalTimeError::Beside { beside });
         }
         Ok(Self {
             transfer,
@@ -239,6 +248,8 @@ fn is_missing(error: &PlanError) -> bool {
         PlanError::NotConverged { .. }
             | PlanError::Infeasible { .. }
             | PlanError::NotFound { .. }
+            | PlanError::Between { .. }
+            | PlanError::Chance { .. }
             | PlanError::Dynamics { .. }
     )
 }

@@ -143,6 +143,7 @@ fn the_derivative_of_the_lagrangian_is_that_of_differences() {
                 feedback: Vec::new(),
                 sweep: crate::Sweep::default(),
                 cost: 0.0,
+                paid: 0.0,
                 certificate: Certificate::default(),
             };
             with_steps(&at(h), &mut Fly(&mut plan));

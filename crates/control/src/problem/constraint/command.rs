@@ -15,7 +15,7 @@ pub struct CommandInequality<const U: usize = MAX_COMMANDS> {
     bound: f64,
     /// `b` without slack.
     limit: f64,
-    /// The price of a violation, if it is not forbidden.
+    /// The price of a violation per unit of time, if it is not forbidden.
     pub(crate) price: Option<f64>,
 }
 
@@ -57,6 +57,16 @@ impl CommandInequality {
             }
         };
         Command::from_fn(|command, _| largest(command))
+    }
+
+    /// The command that the inequality alone forbids to be negative, if it is of that kind: `−k w_i ≤ 0` without a price.
+    pub(super) fn one_sided(&self) -> Option<usize> {
+        let forbidden = self.price.is_none() && self.bound == 0.0 && self.hessian.amax() == 0.0;
+        let mut given = (0..MAX_COMMANDS).filter(|&command| self.linear[command] != 0.0);
+        match (given.next(), given.next()) {
+            (Some(command), None) if forbidden && self.linear[command] < 0.0 => Some(command),
+            _ => None,
+        }
     }
 
     /// The inequality relaxed by `slack`: `g ≤ slack`; one with a price stays.

@@ -177,11 +177,11 @@ impl Constraint {
         Self::Commands(Arc::new(constraint))
     }
 
-    /// The constraint, soft: a violation is not forbidden but costs `price`, a positive number, times `g`, once for each interval
-    /// or end of a step. Between the ends of steps it is not checked.
+    /// The constraint, soft: a violation is not forbidden but costs `price`, a positive number, times `g` per unit of time: the
+    /// sum of `h · price · g` over the violated intervals or ends of steps. Between the ends of steps it is not checked.
     ///
-    /// The cost of a plan is that of its commands alone; [`Certificate::priced`](crate::Certificate::priced) holds the largest
-    /// violation that remains.
+    /// The cost of a plan is that of its commands alone; [`Plan::paid`](crate::Plan::paid) is what its violations cost, and
+    /// [`Certificate::priced`](crate::Certificate::priced) the largest of them.
     pub fn priced(self, price: f64) -> Result<Self, ParameterError> {
         let price = length("price", price)?;
         let constraint = match self {
@@ -191,11 +191,23 @@ impl Constraint {
         Ok(Self::Priced(Box::new(Priced { constraint, price })))
     }
 
-    /// The price of a violation, or `None` if it is forbidden.
+    /// The price of a violation per unit of time, or `None` if it is forbidden.
     pub fn price(&self) -> Option<f64> {
         match self {
             Self::Priced(priced) => Some(priced.price),
             _ => None,
+        }
+    }
+
+    /// The constraint, with its price, of a transfer that starts `time` later: one that moves has moved.
+    pub fn later(&self, time: f64) -> Self {
+        match (self, self.downcast_ref::<Moving>()) {
+            (_, None) => self.clone(),
+            (Self::Priced(priced), Some(_)) => Self::Priced(Box::new(Priced {
+                constraint: priced.constraint.later(time),
+                price: priced.price,
+            })),
+            (_, Some(moving)) => Self::state(moving.later(time)),
         }
     }
 

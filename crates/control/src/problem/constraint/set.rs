@@ -34,7 +34,7 @@ pub(crate) struct StateInequality {
     spread: Arc<[f64]>,
     /// Time of the transfer's start, in the units of the constraint.
     start: f64,
-    /// The price of a violation, if it is not forbidden.
+    /// The price of a violation per unit of time, if it is not forbidden.
     pub(crate) price: Option<f64>,
 }
 
@@ -90,11 +90,17 @@ impl InequalitySet {
 
     /// For each command, true if it must not be negative.
     pub(crate) fn one_sided(&self) -> [bool; MAX_COMMANDS] {
-        let none = Command::zeros();
-        std::array::from_fn(|command| {
-            let mut rows = self.command.iter();
-            rows.any(|row| row.value(&none) == 0.0 && row.gradient(&none)[command] < 0.0)
-        })
+        let mut one_sided = [false; MAX_COMMANDS];
+        let sides = self.command.iter().filter_map(CommandInequality::one_sided);
+        sides.for_each(|command| one_sided[command] = true);
+        one_sided
+    }
+
+    /// The prices of violations, of each inequality that has one.
+    pub(crate) fn prices(&self) -> impl Iterator<Item = f64> {
+        let commands = self.command.iter().map(|row| row.price);
+        let states = self.state.iter().map(|row| row.price);
+        commands.chain(states).flatten()
     }
 
     /// For each command, the size that the inequalities allow it alone, or infinity.
@@ -110,7 +116,7 @@ impl InequalitySet {
     /// The inequalities of the transfer in its own units.
     pub(crate) fn in_units(&self, units: &Units) -> Self {
         let commands = SMatrix::from_diagonal(units.commands());
-        let price = |price: Option<f64>| price.map(|price| price / units.cost());
+        let price = |price: Option<f64>| price.map(|price| price * (units.time() / units.cost()));
         let state = |row: &StateInequality| StateInequality {
             units: *units,
             price: price(row.price),
@@ -129,6 +135,18 @@ impl InequalitySet {
             state: self.state.iter().map(state).collect(),
             only_at_ends: self.only_at_ends,
         }
+    }
+
+    /// The inequalities with the prices of violations in a step of length `h`.
+    pub(crate) fn priced_by_step(&self, h: f64) -> Self {
+        let mut all = self.clone();
+        let commands = all.command.iter_mut().map(|row| &mut row.price);
+        let states = all.state.iter_mut().map(|row| &mut row.price);
+        commands
+            .chain(states)
+            .flatten()
+            .for_each(|price| *price *= h);
+        all
     }
 
     /// The inequalities of the transfer that starts so many intervals of length `h` later.

@@ -103,3 +103,37 @@ fn components(place: Place, limit: Vector3<f64>) -> Constraint {
 fn norm(place: Place, limit: f64) -> Constraint {
     Constraint::commands(NormLimit::new(place, limit).expect("a limit"))
 }
+
+/// Only a row that forbids a single command to be negative makes it one-sided.
+#[test]
+fn one_sided_commands_have_a_row_of_their_own() {
+    let [own, other] = [0, 1].map(|i| (std::array::from_fn(|j| f64::from(u8::from(i == j))), 1.0));
+    let actuation = Actuation::actuators(&[own, other]).expect("actuators");
+    let limit = CommandLimit::new(&[0.5; 2]).expect("limits").one_sided();
+    let limit = Constraint::commands(limit);
+    let of = |constraint: Constraint| compile(constraint, &actuation).one_sided();
+    assert_eq!(of(limit.clone())[..3], [true, true, false]);
+    let priced = limit.clone().priced(1.0).expect("a price");
+    assert!(!of(priced).contains(&true));
+    let mut set = compile(limit, &actuation);
+    let sum = -Command::from_fn(|i, _| if i < 2 { 1.0 } else { 0.0 });
+    set.command = vec![CommandInequality::linear(sum, 0.0)];
+    assert!(!set.one_sided().contains(&true));
+}
+
+#[test]
+fn a_constraint_that_moves_keeps_its_price_later() {
+    let sphere = KeepOutSphere::new(Vector3::x(), 0.5).expect("a sphere");
+    let pose = |k: i32| FramePose {
+        origin: f64::from(k) * Vector3::x(),
+        rotation: Matrix3::identity(),
+    };
+    let poses: Vec<_> = (0..4).map(pose).collect();
+    let moving = Moving::new(sphere, poses, 1.0).expect("a sphere that moves");
+    let hard = Constraint::state(moving.clone());
+    let priced = hard.clone().priced(3.0).expect("a price");
+    assert_eq!(hard.later(2.0), Constraint::state(moving.later(2.0)));
+    assert_eq!(priced.later(2.0).price(), Some(3.0));
+    assert_eq!(priced.later(2.0).unpriced(), &hard.later(2.0));
+    assert_eq!(all(1.0).later(2.0), all(1.0));
+}

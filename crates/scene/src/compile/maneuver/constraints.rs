@@ -24,40 +24,40 @@ pub(crate) enum ConstraintFile {
     Commands {
         /// Largest size of each command: one number, or one per actuator.
         limit: EachFile,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// Bounds on the components of the force, inertial axes.
     ForceComponents {
         /// Largest size of each component: one number or three.
         limit: EachFile,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// Bounds on the components of the moment, body axes.
     MomentComponents {
         /// Largest size of each component: one number or three.
         limit: EachFile,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A bound on the norm of the force.
     ForceNorm {
         /// Largest norm.
         limit: f64,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A bound on the norm of the moment.
     MomentNorm {
         /// Largest norm.
         limit: f64,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A cone that an axis of the body stays out of.
@@ -70,8 +70,8 @@ pub(crate) enum ConstraintFile {
         half_angle: AngleFile,
         /// Axes that `direction` is relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A sphere that the center of mass stays out of.
@@ -83,8 +83,8 @@ pub(crate) enum ConstraintFile {
         radius: f64,
         /// Axes that `center` is relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A cone that the center of mass stays in.
@@ -97,8 +97,8 @@ pub(crate) enum ConstraintFile {
         half_angle: AngleFile,
         /// Axes that `apex` and `axis` are relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A limit on the angular velocity.
@@ -107,16 +107,16 @@ pub(crate) enum ConstraintFile {
         limit: f64,
         /// Axis of which the rate is limited, body frame, of any length; by default the rate about any axis is.
         axis: Option<[f64; 3]>,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A limit on the speed of the center of mass.
     Speed {
         /// Largest speed, inertial frame.
         limit: f64,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// An ellipsoid that the center of mass stays out of.
@@ -130,8 +130,8 @@ pub(crate) enum ConstraintFile {
         attitude: Option<AttitudeFile>,
         /// Axes that `center` and `attitude` are relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A point that an axis of the body points at to within an angle.
@@ -144,8 +144,8 @@ pub(crate) enum ConstraintFile {
         half_angle: AngleFile,
         /// Axes that `point` is relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
     /// A point that is not both within an angle of an axis of the body and nearer than a distance, as in a plume.
@@ -160,8 +160,8 @@ pub(crate) enum ConstraintFile {
         distance: f64,
         /// Axes that `point` is relative to; the inertial frame by default.
         relative_to: Option<RelativeFile>,
-        /// Cost of a violation, in the unit of the cost of commands for each unit of it, at each step; by default a violation is
-        /// forbidden.
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
         price: Option<f64>,
     },
 }

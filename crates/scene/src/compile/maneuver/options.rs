@@ -1,4 +1,4 @@
-use lgvi_control::{Dynamics, Motion};
+use lgvi_control::{Constraint, Dynamics, Motion};
 use lgvi_dynamics::Method;
 
 use super::ConstraintFile;
@@ -181,6 +181,19 @@ fn check_minimum_time(maneuver: &Maneuver) -> Result<(), SceneError> {
     if maneuver.commands() == Commands::Wheels {
         let expected = format!("other commands {beside}");
         return Err(SceneError::value("maneuver.commands", "wheels", expected));
+    }
+    if maneuver.actuation.minimizes_fuel() {
+        let expected = format!("\"energy\" {beside}");
+        return Err(SceneError::value("maneuver.cost", "fuel", expected));
+    }
+    let priced = |constraint: &Constraint| constraint.price();
+    let prices = maneuver.constraints.iter().map(priced).enumerate();
+    for (index, price) in prices {
+        if let Some(price) = price {
+            let key = format!("maneuver.constraints[{index}].price");
+            let expected = format!("none {beside}: no violation is worth a shorter time");
+            return Err(SceneError::value(key, price, expected));
+        }
     }
     Ok(())
 }

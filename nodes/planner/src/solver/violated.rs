@@ -147,7 +147,11 @@ fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
         return format!("{:.3e} m", by * radius * scene.units.length);
     }
     if constraint.in_frame::<Plume>().is_some() {
-        return format!("{:.3} % of its distance or by {:.3}°", 100.0 * by, by.to_degrees());
+        return format!(
+            "{:.3} % of its distance or by {:.3}°",
+            100.0 * by,
+            by.to_degrees()
+        );
     }
     if constraint.in_frame::<KeepOutEllipsoid>().is_some() {
         return format!("{:.3} % of its radius", 100.0 * by);
@@ -183,7 +187,8 @@ mod tests {
         assert_eq!(unsolved.reason, super::super::Reason::Infeasible);
         let violated = unsolved.violated.unwrap();
         let told = violated.told(&scene, scene.maneuver.as_ref().unwrap());
-        let expected = "violates corridor (maneuver.constraints[0]) by 25.000 % of its length at step 7";
+        let expected =
+            "violates corridor (maneuver.constraints[0]) by 25.000 % of its length at step 7";
         assert!(told.contains(expected), "{told}");
     }
 

@@ -70,7 +70,8 @@ def lgvi(arguments, directory, *command):
         "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
         "LGVI_SHM_ROOT": str(directory),
     }
-    command = [str(arguments.lgvi), *map(str, command), "--json"]
+    nice = ["nice", "-n", str(arguments.nice)] if arguments.nice else []
+    command = [*nice, str(arguments.lgvi), *map(str, command), "--json"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, cwd=directory)
     if done.returncode != 0:
         sys.exit(f"{' '.join(command)} ended with {done.returncode}:\n{done.stdout}\n{done.stderr}")
@@ -120,6 +121,7 @@ def main():
     parser.add_argument("--every", type=int, default=5, help="steps from one plan to the next, in 0.1 s")
     parser.add_argument("--deadline", type=float, default=0.08, help="seconds from a state to the plan")
     parser.add_argument("--busy", type=int, nargs="+", default=[0, cores], help="busy processes, of each kind of flight")
+    parser.add_argument("--nice", type=int, default=0, help="niceness of the nodes; below 0 it needs the right to it")
     parser.add_argument("--domain", type=int, default=101, help="the DDS domain, which nobody else should use")
     parser.add_argument("--output", type=Path, default=ROOT / "target/bench")
     arguments = parser.parse_args()

@@ -44,14 +44,18 @@ class Kind:
             f"{len(self.kept)}",
             f"{self.missed}",
             f"{self.refused}",
-            *(f"{1e3 * self.quantile(part):.1f}" for part in QUANTILES),
+            *(milliseconds(self.quantile(part)) for part in QUANTILES),
             f"{100 * self.others:.0f} %",
         ]
 
 
+def milliseconds(seconds):
+    return f"{1e3 * seconds:.1f}" if math.isfinite(seconds) else "none"
+
+
 def missed(replans, every):
     """Turns that had passed before the planner was done with the one before."""
-    turns = [replan["step"] // every for replan in replans]
+    turns = [0, *(replan["step"] // every for replan in replans)]
     return sum(after - before - 1 for before, after in zip(turns, turns[1:]))
 
 

@@ -295,7 +295,10 @@ impl Planner {
         };
         let seconds = current.began.elapsed().as_secs_f64();
         let sequence = self.publish(current.first_step, plan)?;
-        self.account(PATIENCE);
+        // The flight has begun: where it waits for no plan, acknowledgments are waited for when it is over.
+        if self.replanner.is_none() || self.in_lockstep() {
+            self.account(PATIENCE);
+        }
         let controls = &sequence.plan.controls;
         if let Some(warning) = self.scene.coarse_steps(self.scheme, controls) {
             Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);

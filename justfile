@@ -134,6 +134,11 @@ instructions-update: (instructions "--update")
 stress *family:
     cargo run --release --locked {{bench}} -- stress {{family}}
 
+# How soon plans made in flight are there, ten times a second, on the machine as it is and on a loaded one. Four minutes.
+replanning *arguments:
+    cargo build --release --locked -p lgvi --bin lgvi
+    python3 crates/bench/replanning/measure.py {{arguments}}
+
 # The libraries of the page of `lgvi report` are bundled anew. Needs npm, which a build of lgvi does not.
 report-bundle:
     nodes/lgvi/src/report/bundle/make

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use lgvi_common::{FlightReport, PlanReport};
+use lgvi_common::{FlightReport, PlanReport, ReplanReport};
 use lgvi_middleware::ros::Qos;
 use lgvi_msgs::nav_msgs::Odometry;
 use serde::Deserialize;
@@ -47,6 +47,8 @@ pub struct Replanned {
     pub published: u64,
     /// Times when the old plan was kept.
     pub kept: u64,
+    /// Each of both, in their order.
+    pub replans: Vec<ReplanReport>,
 }
 
 /// The first thing that went wrong in a flight.

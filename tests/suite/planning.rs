@@ -34,6 +34,11 @@ fn a_disturbed_flight_planned_anew_arrives_nearer_than_in_open_loop() {
     let (corrected, bag) = world.fly(&replanned, "corrected");
     let plans = corrected.replanned.as_ref().unwrap();
     assert!(plans.published >= 1, "{plans:?}");
+    assert_eq!(plans.replans.len() as u64, plans.published + plans.kept);
+    for plan in &plans.replans {
+        let ahead = plan.step < plan.first_step && plan.seconds > 0.0;
+        assert!(ahead, "{plan:?}");
+    }
     let verdict = world.verify(&bag, 0);
     assert_eq!(verdict.difference.map(|difference| difference.step), None);
     assert_eq!(
@@ -65,8 +70,19 @@ fn without_a_plan_in_time_the_old_one_is_flown() {
     let (late, bag) = world.fly(&hasty, "late");
     let plans = late.replanned.as_ref().unwrap();
     assert!(plans.published == 0 && plans.kept >= 1, "{plans:?}");
+    assert_eq!(plans.replans.len() as u64, plans.kept);
+    assert!(
+        plans.replans.iter().all(|plan| plan.kept.is_some()),
+        "{plans:?}"
+    );
     assert_eq!(miss(&late), miss(&once));
-    world.verify_agrees(&bag, 501);
+    let verdict = world.verify(&bag, 0);
+    assert!(verdict.difference.is_none(), "{verdict:?}");
+    assert_eq!(
+        (verdict.states, verdict.sequences),
+        (501, 1),
+        "the old plan alone is flown"
+    );
 }
 
 /// A planner that waits for goals, and a client of it.

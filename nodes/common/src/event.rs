@@ -29,6 +29,8 @@ pub enum Event {
         published: u64,
         /// Times so far when there was none in time, and the old one was kept.
         kept: u64,
+        /// What has come of the last one.
+        last: ReplanReport,
     },
     /// What the planner or the propagator has published so far; the propagator publishes no more.
     Published {
@@ -104,6 +106,22 @@ pub struct PlanReport {
     pub violation: f64,
     /// Objective.
     pub cost: f64,
+}
+
+/// What has come of planning anew in flight, once.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct ReplanReport {
+    /// The step of the state that it is planned from.
+    pub step: u64,
+    /// The step that the plan begins at.
+    pub first_step: u64,
+    /// Wall-clock time from when the planner heard that state, until the plan was published or the old one
+    /// was kept (s).
+    pub seconds: f64,
+    /// Newton iterations.
+    pub iterations: u32,
+    /// Why the old plan was kept; none where it was not.
+    pub kept: Option<String>,
 }
 
 /// By how much the flown state misses the target.

@@ -18,7 +18,7 @@ pub use convert::{
     header, pose,
 };
 #[cfg(feature = "node")]
-pub use event::{CommandTimeouts, Docked, Event, FlightReport, Miss, PlanReport};
+pub use event::{CommandTimeouts, Docked, Event, FlightReport, Miss, PlanReport, ReplanReport};
 #[cfg(feature = "node")]
 pub use frame_prefix::FramePrefix;
 #[cfg(feature = "node")]

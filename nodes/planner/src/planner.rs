@@ -78,9 +78,17 @@ enum Purpose {
     /// To have one at all.
     Own,
     /// To correct what has happened since the last one.
-    Replan,
+    Replan(Origin),
     /// To reach a goal.
     Goal(Goal),
+}
+
+/// The state that a plan in flight is made from.
+#[derive(Clone, Copy)]
+struct Origin {
+    step: u64,
+    /// When it was heard.
+    at: Instant,
 }
 
 impl Planner {
@@ -115,7 +123,7 @@ impl Planner {
     /// later ones may have come.
     fn waited_for(&self) -> bool {
         let purpose = self.current.as_ref().map(|current| &current.purpose);
-        self.in_lockstep() && matches!(purpose, Some(Purpose::Own | Purpose::Replan))
+        self.in_lockstep() && matches!(purpose, Some(Purpose::Own | Purpose::Replan(_)))
     }
 
     /// Takes in where the flight is; whether the next look should come soon.
@@ -196,7 +204,7 @@ impl Planner {
                 self.conclude(&current, &ended);
                 match current.purpose {
                     Purpose::Own => self.own(node, &current, *ended),
-                    Purpose::Replan => self.replanned(&current, *ended),
+                    Purpose::Replan(origin) => self.replanned(&current, origin, *ended),
                     Purpose::Goal(goal) => self.reached(goal, current.first_step, *ended),
                 }
             }
@@ -212,7 +220,7 @@ impl Planner {
             }
             Purpose::Own => {}
             Purpose::Goal(goal) => goal.tell(now),
-            Purpose::Replan => return,
+            Purpose::Replan(_) => return,
         }
         let outcome = (PlanProgress::SOLVING, String::new());
         self.progress(current.first_step, now, outcome);
@@ -221,7 +229,7 @@ impl Planner {
     /// Says how the solver has ended. Of a plan made in flight that is not enough to know what becomes of it.
     fn conclude(&mut self, current: &Current, ended: &Result<Solved, Unsolved>) {
         let outcome = match (&current.purpose, ended) {
-            (Purpose::Replan, _) => return,
+            (Purpose::Replan(_), _) => return,
             (_, Ok(solved)) => (PlanProgress::CONVERGED, solved.remark.clone()),
             (_, Err(unsolved)) => (PlanProgress::FAILED, unsolved.message.clone()),
         };
@@ -287,7 +295,10 @@ impl Planner {
         };
         let seconds = current.began.elapsed().as_secs_f64();
         let sequence = self.publish(current.first_step, plan)?;
-        self.account(PATIENCE);
+        // The flight has begun: where it waits for no plan, acknowledgments are waited for when it is over.
+        if self.replanner.is_none() || self.in_lockstep() {
+            self.account(PATIENCE);
+        }
         let controls = &sequence.plan.controls;
         if let Some(warning) = self.scene.coarse_steps(self.scheme, controls) {
             Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);

@@ -102,6 +102,11 @@ fn work(scene: &Scene, jobs: &Receiver<Job>, updates: &Sender<(u64, Update)>) {
         };
         let ended = solver::solve(scene, &task, &mut observe);
         let ended = ended.map_err(|unsolved| match (unsolved.reason, stop.reason()) {
+            (Reason::Cancelled, Some(Reason::Deadline)) => Unsolved {
+                reason: Reason::Deadline,
+                message: "the time is used up".into(),
+                ..unsolved
+            },
             (Reason::Cancelled, Some(reason)) => Unsolved { reason, ..unsolved },
             // The solver stops by itself where not even its best iterate can be flown.
             (Reason::Cancelled, None) => Unsolved {

@@ -12,7 +12,7 @@ use lgvi_middleware::node::NodeError;
 use lgvi_scene::{Commands, Scene};
 
 use super::Options;
-use super::flown::{Failure, Flown, Replanned};
+use super::flown::{Failure, Flown};
 use super::process::{Heard, NodeProcess, Update, death};
 use super::progress::Progress;
 use super::recording::{recorder, topics};
@@ -235,8 +235,15 @@ impl Course {
                 self.flown.plan = Some(plan);
                 self.flown.planning_seconds = Some(seconds);
             }
-            Event::Replanned { published, kept } => {
-                self.flown.replanned = Some(Replanned { published, kept });
+            Event::Replanned {
+                published,
+                kept,
+                last,
+            } => {
+                let replanned = self.flown.replanned.get_or_insert_default();
+                replanned.published = published;
+                replanned.kept = kept;
+                replanned.replans.push(last);
             }
             Event::Flying { step } => self.progress.flying(step),
             Event::Flown(flight) => {

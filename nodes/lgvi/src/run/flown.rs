@@ -2,7 +2,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use lgvi_common::{FlightReport, PlanReport, Warning};
+use lgvi_common::{FlightReport, PlanReport, ReplanReport, Warning};
 use serde::Serialize;
 
 use crate::strictness::Strictness;
@@ -36,12 +36,14 @@ pub(crate) struct Flown {
 }
 
 /// What has become of the plans made in flight.
-#[derive(Debug, Serialize)]
+#[derive(Debug, Default, Serialize)]
 pub(crate) struct Replanned {
     /// Plans published.
     pub(crate) published: u64,
     /// Times when there was none in time, and the old one was kept.
     pub(crate) kept: u64,
+    /// Each of both, in their order.
+    pub(crate) replans: Vec<ReplanReport>,
 }
 
 /// The first thing that went wrong.

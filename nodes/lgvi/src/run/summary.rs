@@ -21,10 +21,13 @@ impl Display for Summary<'_> {
             )?;
         }
         if let Some(replanned) = &flown.replanned {
+            let seconds = replanned.replans.iter().map(|replan| replan.seconds);
             write!(
                 f,
-                "\n  replanned {} times in flight, the old plan kept {} times",
-                replanned.published, replanned.kept
+                "\n  replanned {} times in flight, the old plan kept {} times, decided within {:.1} ms",
+                replanned.published,
+                replanned.kept,
+                1e3 * seconds.fold(0.0, f64::max)
             )?;
         }
         if let Some(flight) = &flown.flight {

@@ -3,12 +3,12 @@
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
-use lgvi_common::{Event, Warning, WarningCode};
+use lgvi_common::{Event, ReplanReport, Warning, WarningCode};
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::PlanProgress;
 use tracing::{info, warn};
 
-use super::{Current, Planner, Purpose};
+use super::{Current, Origin, Planner, Purpose};
 use crate::prediction::Forecast;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
@@ -67,15 +67,19 @@ impl Planner {
         let (Some(now), Some(sequence)) = (self.follower.latest(), self.sequences.last()) else {
             return Ok(());
         };
-        let deadline = now.at + replanner.deadline();
+        let origin = Origin {
+            step: now.step,
+            at: now.at,
+        };
+        let deadline = origin.at + replanner.deadline();
         let deadline = (!replanner.in_lockstep()).then_some(deadline);
         let pace = self.follower.pace();
         let Some(first_step) = replanner.due(now, pace, sequence.arrival()) else {
             return Ok(());
         };
         match self.rest(first_step, true) {
-            Ok(task) => self.begin(task, Purpose::Replan, deadline),
-            Err(why) => self.keep(first_step, Iteration::NONE, why),
+            Ok(task) => self.begin(task, Purpose::Replan(origin), deadline),
+            Err(why) => self.keep(first_step, origin, Iteration::NONE, why),
         }
     }
 
@@ -83,6 +87,7 @@ impl Planner {
     pub(super) fn replanned(
         &mut self,
         current: &Current,
+        origin: Origin,
         ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
         let first_step = current.first_step;
@@ -95,6 +100,7 @@ impl Planner {
             Ok(plan) => {
                 let sufficient = plan.certificate.sufficient;
                 self.publish(first_step, plan)?;
+                let seconds = origin.at.elapsed().as_secs_f64();
                 if !sufficient {
                     Warning::new(WarningCode::NotMinimum, NOT_MINIMUM_IN_FLIGHT).tell(&self.events);
                 }
@@ -103,12 +109,18 @@ impl Planner {
                 if let Some(replanner) = &mut self.replanner {
                     replanner.published += 1;
                 }
-                let milliseconds = current.began.elapsed().as_secs_f64() * 1e3;
+                let milliseconds = seconds * 1e3;
                 info!("replanned from step {first_step} in {milliseconds:.1} ms");
-                self.count();
+                self.count(ReplanReport {
+                    step: origin.step,
+                    first_step,
+                    seconds,
+                    iterations: current.last.iteration,
+                    kept: None,
+                });
                 Ok(())
             }
-            Err(why) => self.keep(first_step, current.last, why),
+            Err(why) => self.keep(first_step, origin, current.last, why),
         }
     }
 
@@ -151,7 +163,13 @@ impl Planner {
     }
 
     /// Takes note that the old plan is flown on. A flight in lockstep gets the rest of it in place of a new one.
-    fn keep(&mut self, first_step: u64, last: Iteration, why: String) -> Result<(), NodeError> {
+    fn keep(
+        &mut self,
+        first_step: u64,
+        origin: Origin,
+        last: Iteration,
+        why: String,
+    ) -> Result<(), NodeError> {
         if self.in_lockstep() {
             let mut newest = self.sequences.iter().rev();
             if let Some(flown) = newest.find(|sequence| sequence.first_step <= first_step) {
@@ -160,21 +178,31 @@ impl Planner {
             }
         }
         warn!("the old plan is kept; there is no new plan from step {first_step}: {why}");
-        self.progress(first_step, &last, (PlanProgress::KEPT, why));
+        self.progress(first_step, &last, (PlanProgress::KEPT, why.clone()));
         if let Some(replanner) = &mut self.replanner {
             replanner.kept += 1;
         }
         self.monitor.kept.fetch_add(1, Ordering::Relaxed);
-        self.count();
+        self.count(ReplanReport {
+            step: origin.step,
+            first_step,
+            seconds: origin.at.elapsed().as_secs_f64(),
+            iterations: last.iteration,
+            kept: Some(why),
+        });
         Ok(())
     }
 
-    fn count(&self) {
+    fn count(&self, last: ReplanReport) {
         if let Some(Replanner {
             published, kept, ..
         }) = self.replanner
         {
-            self.report(Event::Replanned { published, kept });
+            self.report(Event::Replanned {
+                published,
+                kept,
+                last,
+            });
         }
     }
 }

@@ -27,7 +27,7 @@ impl Planner {
         // The node's own plan comes first; one in flight gives way, unless the flight waits for it.
         let busy = match &self.current {
             None => false,
-            Some(current) => self.in_lockstep() || !matches!(current.purpose, Purpose::Replan),
+            Some(current) => self.in_lockstep() || !matches!(current.purpose, Purpose::Replan(_)),
         };
         if busy {
             return Ok(());

@@ -1,8 +1,8 @@
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::schedule::Schedule;
-use crate::MAX_COMMANDS;
-use crate::problem::{Actuation, InequalitySet, Price};
+use crate::problem::{InequalitySet, Price};
+use crate::{MAX_COMMANDS, Transfer};
 
 /// The cost of fuel of each interval: `Σ h p |M w|`.
 ///
@@ -50,12 +50,12 @@ struct Row {
 impl<const U: usize> Fuel<U> {
     /// The prices of the commands that `selection` makes of the `U` planned ones.
     pub(super) fn new(
-        actuation: &Actuation,
+        transfer: &Transfer,
         set: &InequalitySet,
         selection: &SMatrix<f64, MAX_COMMANDS, U>,
-        (h, intervals): (f64, usize),
         schedule: &Schedule,
     ) -> Self {
+        let (h, actuation) = (transfer.h, &transfer.actuation);
         let one_sided = set.one_sided();
         let term = |price: &Price| {
             let (first, count) = (price.commands.start, price.commands.len());
@@ -71,7 +71,7 @@ impl<const U: usize> Fuel<U> {
         };
         let terms: Vec<_> = actuation.prices().iter().map(term).collect();
         Self {
-            rows: vec![Row::default(); terms.len() * intervals],
+            rows: vec![Row::default(); terms.len() * transfer.intervals],
             terms,
         }
     }

@@ -8,10 +8,10 @@ use super::known::Force;
 use super::penalty::Penalty;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
-use crate::MAX_COMMANDS;
 use crate::problem::constraint::Coordinates;
-use crate::problem::{Actuation, CommandInequality, InequalitySet, StateInequality};
+use crate::problem::{CommandInequality, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
+use crate::{MAX_COMMANDS, Transfer};
 
 /// Inequalities of `X` coordinates and `U` commands over all intervals, with their multipliers.
 pub(crate) struct Barrier<const X: usize, const U: usize> {
@@ -144,18 +144,18 @@ const SLACK: f64 = 0.1;
 const RESUMED: f64 = 1e-4;
 
 impl<const X: usize, const U: usize> Barrier<X, U> {
-    /// The inequalities of `set` over `intervals` of length `h`. `selection` makes the actuation's commands of the `U`
+    /// The inequalities of `set` over the intervals of a transfer. `selection` makes the actuation's commands of the `U`
     /// planned ones, `offsets` are the indices of δx and ζ in z if they are planned, and `cost` is the size of the cost.
     pub(crate) fn new(
         set: &InequalitySet,
-        actuation: &Actuation,
+        transfer: &Transfer,
         selection: &SMatrix<f64, MAX_COMMANDS, U>,
         offsets: [Option<usize>; 2],
         given: Given,
-        (h, intervals): (f64, usize),
         cost: f64,
         tolerances: BarrierTolerances,
     ) -> Self {
+        let (h, intervals) = (transfer.h, transfer.intervals);
         let set = set.priced_by_step(h);
         let placed = |inequality: &StateInequality| {
             let coordinates = inequality.coordinates();
@@ -173,9 +173,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let planned: usize = states.iter().map(planned).sum();
         let rows = planned + intervals * commands.len();
         let schedule = Schedule::new(cost, rows, tolerances);
-        let fuel = actuation
-            .minimizes_fuel()
-            .then(|| Fuel::new(actuation, &set, selection, (h, intervals), &schedule));
+        let minimizes_fuel = transfer.actuation.minimizes_fuel();
+        let fuel = minimizes_fuel.then(|| Fuel::new(transfer, &set, selection, &schedule));
         let row = StateRow {
             row: Row::default(),
             gradient: [Vector3::zeros(); 2],

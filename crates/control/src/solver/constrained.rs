@@ -308,15 +308,13 @@ impl<C> Solver<'_, C> {
         let weight = problem.h * problem.weight;
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
-        let actuation = &transfer.actuation;
         let fuel = self.fuel(iterate);
         Barrier::new(
             set,
-            actuation,
+            transfer,
             &self.class.selection(),
             C::OFFSETS,
             self.given(),
-            (transfer.h, transfer.intervals),
             cost + fuel + self.detour(problem, &iterate.states[1..]),
             self.barrier_tolerances(),
         )

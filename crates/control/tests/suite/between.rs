@@ -286,7 +286,7 @@ fn a_step_that_cannot_be_tightened_is_an_error_with_its_place() {
 /// Whoever stops the search for a cheaper plan gets the last one that holds between the ends of steps.
 #[test]
 fn what_holds_is_kept_until_something_cheaper_holds() {
-    let (center, radius) = (Vector3::new(0.0, -0.1, 0.05), 0.6);
+    let (center, radius) = (Vector3::new(0.13, -0.1, 0.05), 0.6);
     let sphere = Constraint::state(KeepOutSphere::new(center, radius).expect("a sphere"));
     let past = |x: f64| {
         let [start, end] = [-x, x].map(|x| resting(Vector3::x() * x, Matrix3::identity()));

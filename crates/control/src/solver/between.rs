@@ -122,12 +122,11 @@ impl<C> Solver<'_, C> {
             }
         };
         let rows = self.reached(similar).into_iter();
-        let mut margins: Vec<Vec<_>> = rows.map(|row| row.iter().map(kept).collect()).collect();
+        let margins: Vec<Vec<_>> = rows.map(|row| row.iter().map(kept).collect()).collect();
         if margins.iter().flatten().all(|margin| margin.amount == 0.0) {
             return Ok(None);
         }
-        let none = vec![vec![Margin::default(); self.transfer.intervals]; margins.len()];
-        match self.tightened(similar, set, &none, &mut margins)? {
+        match self.once(similar, set, &margins)? {
             Some(plan) => self.settled(plan, margins).map(Some),
             None => Ok(None),
         }
@@ -208,14 +207,8 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         for _ in 0..=HALVINGS {
-            let tightened = set.tightened(self.by_end(margins));
-            let Some((newton, forces)) = self.known(plan)? else {
-                return Ok(None);
-            };
-            match self.impose(newton, Some(&forces), &tightened) {
-                Ok(plan) => return Ok(Some(plan)),
-                Err(stopped @ PlanError::Stopped { .. }) => return Err(stopped),
-                Err(_) => (),
+            if let Some(plan) = self.once(plan, set, margins)? {
+                return Ok(Some(plan));
             }
             let all = margins.iter_mut().flatten();
             for (margin, before) in all.zip(before.iter().flatten()) {
@@ -224,6 +217,27 @@ impl<C> Solver<'_, C> {
             }
         }
         Ok(None)
+    }
+
+    /// The plan from `plan` with these margins, if there is one.
+    fn once<const X: usize, const U: usize>(
+        &mut self,
+        plan: &Plan,
+        set: &InequalitySet,
+        margins: &[Vec<Margin>],
+    ) -> Result<Option<Plan>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let tightened = set.tightened(self.by_end(margins));
+        let Some((newton, forces)) = self.known(plan)? else {
+            return Ok(None);
+        };
+        match self.impose(newton, Some(&forces), &tightened) {
+            Ok(plan) => Ok(Some(plan)),
+            Err(stopped @ PlanError::Stopped { .. }) => Err(stopped),
+            Err(_) => Ok(None),
+        }
     }
 
     /// The margins of each inequality at the planned ends of steps: the greater of those of both steps.

@@ -55,19 +55,22 @@ fn every_command_of_the_page_on_bags_in_python_runs() {
 
 #[test]
 fn every_command_of_the_page_on_minimum_time_runs() {
-    let directory = run(&World::new(), "howto/minimum_time.md");
+    let world = World::new();
+    let directory = run(&world, "howto/minimum_time.md");
     assert!(directory.join("flights/slew/flight.svg").exists());
 }
 
 #[test]
 fn every_command_of_the_page_on_minimum_fuel_runs() {
-    let directory = run(&World::new(), "howto/minimum_fuel.md");
+    let world = World::new();
+    let directory = run(&world, "howto/minimum_fuel.md");
     assert!(directory.join("flights/energy/flight.svg").exists());
 }
 
 #[test]
 fn every_command_of_the_page_on_uncertainty_runs() {
-    let directory = run(&World::new(), "howto/uncertainty.md");
+    let world = World::new();
+    let directory = run(&world, "howto/uncertainty.md");
     assert!(directory.join("flights/safe_ensemble/summary.txt").exists());
 }
 

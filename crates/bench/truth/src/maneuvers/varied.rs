@@ -239,7 +239,7 @@ fn finish(
 impl Varied {
     fn under(self, constraints: Vec<Constraint>) -> Self {
         Self {
-            transfer: self.transfer.with_constraints(&constraints),
+            transfer: self.transfer.with_constraints_at_ends(&constraints),
             constraints,
             ..self
         }
@@ -295,7 +295,7 @@ impl Varied {
                 &(w_moment / (moment * moment * t)),
             )?,
         )?;
-        Ok(stated.with_constraints(&constraints?))
+        Ok(stated.with_constraints_at_ends(&constraints?))
     }
 }
 

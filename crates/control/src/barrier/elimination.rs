@@ -216,6 +216,10 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         self.gives_way = give_way;
     }
 
+    fn price(&self, units: &SVector<f64, U>) -> f64 {
+        self.fuel.as_ref().map_or(0.0, |fuel| fuel.price(units))
+    }
+
     fn cost(&self) -> f64 {
         self.fuel.as_ref().map_or(0.0, Fuel::cost)
     }

@@ -85,6 +85,16 @@ impl<const U: usize> Fuel<U> {
         }
     }
 
+    /// The largest `h p` in these units of gradients by commands.
+    pub(super) fn price(&self, units: &SVector<f64, U>) -> f64 {
+        let price = |term: &Term<U>| {
+            let rows = term.matrix.row_iter();
+            let sizes = rows.map(|row| row.transpose().component_mul(units).amax());
+            term.price * sizes.fold(0.0, f64::max)
+        };
+        self.terms.iter().map(price).fold(0.0, f64::max)
+    }
+
     /// `Σ h p |v|` of all intervals at the last iterate.
     pub(super) fn cost(&self) -> f64 {
         let prices = self.terms.iter().map(|term| term.price).cycle();

@@ -67,6 +67,11 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// Sets whether inequalities on states give way in the model: they add nothing to the Hessian.
     fn give_way(&mut self, _give_way: bool) {}
 
+    /// The largest price of a command for an interval, in these units of gradients by commands.
+    fn price(&self, _units: &SVector<f64, U>) -> f64 {
+        0.0
+    }
+
     /// The cost of all intervals beside the quadratic one.
     fn cost(&self) -> f64 {
         0.0

@@ -130,7 +130,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
 
         self.has_gains = settings.gains.is_some() && !self.gains.is_empty();
         self.stationarity = 0.0;
-        self.largest = 0.0;
+        self.largest = inequalities.price(&problem.command_units);
         let weight = problem.h * problem.weight;
         let stage = &mut self.stage;
         for k in (0..last).rev() {

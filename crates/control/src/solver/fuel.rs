@@ -14,7 +14,7 @@ pub(super) const LAST_SMOOTHNESS: f64 = 1e-6;
 const CLOSE: f64 = 1e-3;
 
 /// Part of the greatest possible cost that the barrier takes for the cost of a plan that costs less.
-const LEAST: f64 = 1e-6;
+const LEAST: f64 = 1e-3;
 
 /// The first command that costs fuel and has no limit.
 pub(super) fn unlimited(transfer: &Transfer) -> Option<usize> {

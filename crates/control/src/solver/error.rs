@@ -143,6 +143,20 @@ pub enum PlanError {
     },
 }
 
+impl PlanError {
+    /// The error with its plan, if it has one, replaced by what `change` makes of it.
+    pub(crate) fn with_plan(mut self, change: impl FnOnce(Plan) -> Option<Plan>) -> Self {
+        if let Self::Between { best, .. }
+        | Self::Chance { best, .. }
+        | Self::NotConverged { best, .. }
+        | Self::Stopped { best } = &mut self
+        {
+            *best = best.take().and_then(|plan| change(*plan)).map(Box::new);
+        }
+        self
+    }
+}
+
 impl From<TransferError> for PlanError {
     fn from(error: TransferError) -> Self {
         Self::Units(Box::new(error))

@@ -87,13 +87,14 @@ impl<C> Solver<'_, C> {
             return None;
         }
         let one_sided = transfer.inequalities.one_sided();
+        let limits = transfer.inequalities.command_limits();
         let mut all = Switching::default();
         for price in prices {
             let mut last = None;
             let mut between = 0;
             for (k, own) in newton.iterate.commands.iter().enumerate() {
                 let command = self.class.widened(own);
-                let level = self.level_of(price, &command);
+                let level = self.level_of(price, limits[price.commands.start], &command);
                 let (_, by_command) = model.dynamics[k].backward(&model.inputs, &model.costates[k]);
                 let primer = -self.class.widened(&by_command);
                 let primer = match price.direction(&command) {
@@ -128,9 +129,8 @@ impl<C> Solver<'_, C> {
         Some(all)
     }
 
-    fn level_of(&self, price: &Price, command: &Command) -> Level {
+    fn level_of(&self, price: &Price, limit: f64, command: &Command) -> Level {
         let inequalities = &self.transfer.inequalities;
-        let limit = inequalities.command_limits()[price.commands.start];
         if price.magnitude(command) <= CLOSE * limit {
             return Level::Off;
         }

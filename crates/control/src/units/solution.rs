@@ -20,48 +20,7 @@ impl Units {
 
     /// Converts an error back, with its plan if it has one.
     pub(crate) fn leave_error(&self, error: PlanError) -> PlanError {
-        let leave = |plan: Box<Plan>| Box::new(self.leave(*plan));
-        match error {
-            PlanError::Between {
-                constraint,
-                step,
-                violation,
-                best,
-            } => PlanError::Between {
-                constraint,
-                step,
-                violation,
-                best: best.map(leave),
-            },
-            PlanError::Chance {
-                constraint,
-                step,
-                violation,
-                best,
-            } => PlanError::Chance {
-                constraint,
-                step,
-                violation,
-                best: best.map(leave),
-            },
-            PlanError::NotConverged {
-                best,
-                iterations,
-                violation,
-                stationarity,
-                tolerance,
-            } => PlanError::NotConverged {
-                best: best.map(leave),
-                iterations,
-                violation,
-                stationarity,
-                tolerance,
-            },
-            PlanError::Stopped { best } => PlanError::Stopped {
-                best: best.map(leave),
-            },
-            other => other,
-        }
+        error.with_plan(|plan| Some(self.leave(plan)))
     }
 
     /// Converts the progress of a solution back.

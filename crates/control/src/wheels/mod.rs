@@ -199,39 +199,10 @@ fn left(transfer: &Transfer, plan: Plan, flight: Flight, apart: f64) -> Plan {
 }
 
 fn left_error(transfer: &Transfer, error: PlanError) -> PlanError {
-    let leave = |plan: Option<Box<Plan>>| {
-        let plan = *plan?;
+    error.with_plan(|plan| {
         let flight = fly(transfer, &plan.commands).ok()?;
-        Some(Box::new(left(transfer, plan, flight, 0.0)))
-    };
-    match error {
-        PlanError::Between {
-            constraint,
-            step,
-            violation,
-            best,
-        } => PlanError::Between {
-            constraint,
-            step,
-            violation,
-            best: leave(best),
-        },
-        PlanError::NotConverged {
-            best,
-            iterations,
-            violation,
-            stationarity,
-            tolerance,
-        } => PlanError::NotConverged {
-            best: leave(best),
-            iterations,
-            violation,
-            stationarity,
-            tolerance,
-        },
-        PlanError::Stopped { best } => PlanError::Stopped { best: leave(best) },
-        other => other,
-    }
+        Some(left(transfer, plan, flight, 0.0))
+    })
 }
 
 impl Transfer {

@@ -186,7 +186,8 @@ fn finish(cells: &mut Cells, scene: &Scene, ends: [(&System, &[BodyState]); 2]) 
     }
     changes(cells, ends);
     if let Some(maneuver) = &scene.maneuver
-        && let Some(miss) = scene.miss_of(&system.bodies()[maneuver.body], &last[maneuver.body])
+        && let Some(miss) =
+            scene.miss_among(last, &system.bodies()[maneuver.body], &last[maneuver.body])
     {
         let units = &scene.units;
         for (row, (name, unit)) in [

@@ -15,7 +15,7 @@ const UNITS: [(&str, f64); 4] = [
 const EXPECTED: &str =
     "an angle: a number (rad), or a text such as \"25 deg\" (rad, deg, arcmin, arcsec)";
 
-#[derive(Clone, Debug, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,

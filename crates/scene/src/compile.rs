@@ -14,7 +14,7 @@ mod sensors;
 mod state;
 
 pub use actuators::{MAX_THRUSTERS, MAX_WHEELS};
-pub(crate) use maneuver::ConstraintFile;
+pub(crate) use maneuver::{ConstraintFile, Relative};
 
 use std::sync::Arc;
 

@@ -5,15 +5,17 @@ use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
 use crate::Scene;
+use crate::scene::NamedBody;
 
-/// The difference of a flight from its plan: standard deviations, in the scene's units, of the initial state of the
-/// maneuvered body and of the errors of its actuators. The seed determines the values drawn, equally on every machine.
+/// The difference of a flight from its plan: standard deviations, in the scene's units, of the initial states of the
+/// maneuvered body and of others, and of the errors of its actuators. The seed determines the values drawn, equally on every
+/// machine.
 ///
 /// # Assumptions and limitations
 /// - All deviations are normally distributed and independent of each other, axis by axis.
 /// - An actuator's error is a factor that stays constant over the flight. It acts on the axes in which the control is
 ///   given, which are inertial for the force and body axes for the moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Disturbance {
     /// Seed of the random numbers.
     pub seed: u64,
@@ -21,6 +23,15 @@ pub struct Disturbance {
     pub force_error: f64,
     /// Standard deviation of the factor on each component of the moment.
     pub moment_error: f64,
+    /// Standard deviations of the initial state of the maneuvered body.
+    pub state: StateDeviation,
+    /// Standard deviations of the initial states of other bodies, with their indices.
+    pub others: Vec<(usize, StateDeviation)>,
+}
+
+/// Standard deviations of a state.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct StateDeviation {
     /// Standard deviation of each component of `x`.
     pub position: f64,
     /// Standard deviation of each component of `ẋ`.
@@ -60,30 +71,62 @@ impl Disturbance {
         }
     }
 
-    /// Returns the disturbed initial state of `body`.
-    pub fn initial_state(&self, body: &RigidBody, nominal: &BodyState) -> BodyState {
-        let [position, velocity, attitude, angular_velocity, ..] = self.draw();
-        BodyState {
-            position: nominal.position + position,
-            linear_momentum: nominal.linear_momentum + body.mass() * velocity,
-            attitude: nominal.attitude * exp(&attitude),
-            angular_momentum: nominal.angular_momentum + body.inertia().matrix() * angular_velocity,
-        }
+    /// Draws three numbers for each standard deviation of the maneuvered body. The underlying normal numbers depend on the seed
+    /// only, not on the other deviations.
+    fn draw(&self) -> [Vector3<f64>; 6] {
+        self.draw_from(&mut Pcg64Mcg::seed_from_u64(self.seed))
     }
 
-    /// Draws three numbers for each standard deviation. The underlying normal numbers depend on the seed only, not on
-    /// the other deviations.
-    fn draw(&self) -> [Vector3<f64>; 6] {
+    fn draw_from(&self, rng: &mut impl Rng) -> [Vector3<f64>; 6] {
+        let [position, velocity, attitude, angular_velocity] = self.state.draw(rng);
+        let [force, moment] =
+            [self.force_error, self.moment_error].map(|deviation| deviation * normals(rng));
+        [
+            position,
+            velocity,
+            attitude,
+            angular_velocity,
+            force,
+            moment,
+        ]
+    }
+
+    /// Adds deviations to the bodies' states. `maneuvered` is the index of the maneuvered body.
+    fn disturb(&self, maneuvered: usize, bodies: &[NamedBody], states: &mut [BodyState]) {
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
+        let [position, velocity, attitude, angular_velocity, ..] = self.draw_from(&mut rng);
+        let first = [position, velocity, attitude, angular_velocity];
+        let others = self.others.iter();
+        let others = others.map(|(body, deviation)| (*body, deviation.draw(&mut rng)));
+        for (body, deviations) in std::iter::once((maneuvered, first)).chain(others) {
+            states[body] = deviated(&bodies[body].body, &states[body], &deviations);
+        }
+    }
+}
+
+impl StateDeviation {
+    fn draw(&self, rng: &mut impl Rng) -> [Vector3<f64>; 4] {
         [
             self.position,
             self.velocity,
             self.attitude,
             self.angular_velocity,
-            self.force_error,
-            self.moment_error,
         ]
-        .map(|deviation| deviation * normals(&mut rng))
+        .map(|deviation| deviation * normals(rng))
+    }
+}
+
+/// The state that deviates by these position, velocity, rotation vector and angular velocity.
+fn deviated(
+    body: &RigidBody,
+    nominal: &BodyState,
+    [position, velocity, attitude, angular_velocity]: &[Vector3<f64>; 4],
+) -> BodyState {
+    BodyState {
+        position: nominal.position + position,
+        linear_momentum: nominal.linear_momentum + body.mass() * velocity,
+        attitude: nominal.attitude * exp(attitude),
+        angular_momentum: nominal.angular_momentum + body.inertia().matrix() * angular_velocity,
     }
 }
 
@@ -92,9 +135,7 @@ impl Scene {
     pub fn initial_states(&self) -> Vec<BodyState> {
         let mut states: Vec<_> = self.bodies.iter().map(|body| body.state).collect();
         if let (Some(disturbance), Some(maneuver)) = (&self.disturbance, &self.maneuver) {
-            let body = &self.bodies[maneuver.body].body;
-            let state = &mut states[maneuver.body];
-            *state = disturbance.initial_state(body, state);
+            disturbance.disturb(maneuver.body, &self.bodies, &mut states);
         }
         states
     }
@@ -130,11 +171,26 @@ mod tests {
         seed: 0,
         force_error: 0.0,
         moment_error: 0.0,
+        state: STILL,
+        others: Vec::new(),
+    };
+
+    const STILL: StateDeviation = StateDeviation {
         position: 0.0,
         velocity: 0.0,
         attitude: 0.0,
         angular_velocity: 0.0,
     };
+
+    fn initial_state(
+        disturbance: &Disturbance,
+        body: &RigidBody,
+        nominal: &BodyState,
+    ) -> BodyState {
+        let [position, velocity, attitude, angular_velocity, ..] = disturbance.draw();
+        let deviations = [position, velocity, attitude, angular_velocity];
+        deviated(body, nominal, &deviations)
+    }
 
     fn nominal() -> (RigidBody, BodyState) {
         let inertia = lgvi_dynamics::Inertia::principal([1.0, 2.0, 2.5]).unwrap();
@@ -177,47 +233,55 @@ mod tests {
             seed: 7,
             force_error: 0.01,
             moment_error: 0.02,
-            position: 0.1,
-            velocity: 0.2,
-            attitude: 0.3,
-            angular_velocity: 0.4,
+            state: StateDeviation {
+                position: 0.1,
+                velocity: 0.2,
+                attitude: 0.3,
+                angular_velocity: 0.4,
+            },
+            ..NONE
         };
-        let state = all.initial_state(&body, &nominal);
-        assert_eq!(all.initial_state(&body, &nominal), state);
-        let other = Disturbance { seed: 8, ..all };
-        assert_ne!(other.initial_state(&body, &nominal), state);
+        let state = initial_state(&all, &body, &nominal);
+        assert_eq!(initial_state(&all, &body, &nominal), state);
+        let other = Disturbance {
+            seed: 8,
+            ..all.clone()
+        };
+        assert_ne!(initial_state(&other, &body, &nominal), state);
         assert_ne!(other.actuator_errors(), all.actuator_errors());
 
         let lone = Disturbance {
-            angular_velocity: 0.4,
-            ..Disturbance { seed: 7, ..NONE }
+            seed: 7,
+            state: StateDeviation {
+                angular_velocity: 0.4,
+                ..STILL
+            },
+            ..NONE
         };
-        let turned = lone.initial_state(&body, &nominal);
+        let turned = initial_state(&lone, &body, &nominal);
         assert_eq!(turned.angular_momentum, state.angular_momentum);
         assert_eq!(turned.position, nominal.position);
         assert_eq!(lone.actuator_errors().force, Vector3::from_element(1.0));
         let none = Disturbance { seed: 7, ..NONE };
-        assert_eq!(none.initial_state(&body, &nominal), nominal);
+        assert_eq!(initial_state(&none, &body, &nominal), nominal);
     }
 
     /// Doubling the deviation doubles the difference, in the documented units and frames.
     #[test]
     fn deviations_are_those_of_velocity_and_rotation_vector() {
         let (body, nominal) = nominal();
-        let small = Disturbance {
-            velocity: 0.1,
-            attitude: 0.01,
-            angular_velocity: 0.1,
+        let of = |factor: f64| Disturbance {
+            state: StateDeviation {
+                velocity: 0.1 * factor,
+                attitude: 0.01 * factor,
+                angular_velocity: 0.1 * factor,
+                ..STILL
+            },
             ..NONE
         };
-        let large = Disturbance {
-            velocity: 0.2,
-            attitude: 0.02,
-            angular_velocity: 0.2,
-            ..NONE
-        };
-        let differences = |disturbance: Disturbance| {
-            let state = disturbance.initial_state(&body, &nominal);
+        let (small, large) = (of(1.0), of(2.0));
+        let differences = |disturbance: &Disturbance| {
+            let state = initial_state(disturbance, &body, &nominal);
             [
                 state.velocity(&body) - nominal.velocity(&body),
                 lgvi_lie::log(&nominal.attitude.tr_mul(&state.attitude)),
@@ -226,8 +290,8 @@ mod tests {
         };
         let numbers = small.draw();
         let expected = [numbers[1], numbers[2], numbers[3]];
-        let doubled = differences(large);
-        for ((found, expected), doubled) in differences(small).iter().zip(expected).zip(doubled) {
+        let doubled = differences(&large);
+        for ((found, expected), doubled) in differences(&small).iter().zip(expected).zip(doubled) {
             assert!((found - expected).norm() < 1e-14, "{found} for {expected}");
             assert!((doubled - 2.0 * expected).norm() < 1e-14);
         }
@@ -239,7 +303,10 @@ mod tests {
     fn a_seed_means_the_same_for_ever() {
         let disturbance = Disturbance {
             seed: 1,
-            position: 1.0,
+            state: StateDeviation {
+                position: 1.0,
+                ..STILL
+            },
             ..NONE
         };
         let found = disturbance.draw()[0];

@@ -14,7 +14,7 @@ pub(crate) use body::{
     AttitudeFile, BodyFile, ElementsFile, InertiaFile, MobilityFile, MultipoleFile, PointFile,
     PolyhedronFile, PropellantFile, RelativeFile, ThrusterFile, WheelFile,
 };
-pub(crate) use disturbance::DisturbanceFile;
+pub(crate) use disturbance::{DisturbanceFile, DisturbedBodyFile};
 pub(crate) use docking::{DockingFile, PortFile};
 pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;

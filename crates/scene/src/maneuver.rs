@@ -1,3 +1,5 @@
+use std::sync::Arc;
+
 use lgvi_control::{
     Actuation, Chances, Command, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError,
     shooting,
@@ -6,6 +8,7 @@ use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::{BodyState, Load, Method};
 
+use crate::compile::Relative;
 use crate::{Scene, Scheme};
 
 /// A controlled body that has to reach a target by the end of the run.
@@ -17,6 +20,8 @@ pub struct Maneuver {
     pub target: Terminal,
     /// True if the target is relative to another body, whose motion is predicted.
     pub predicted: bool,
+    /// Target and constraints as the file states them, if any is relative to another body.
+    pub(crate) relative: Option<Arc<Relative>>,
     /// Effects and costs of its commands.
     pub actuation: Actuation,
     /// Discrete dynamics of the plan.
@@ -204,6 +209,16 @@ impl Scene {
         intervals: usize,
     ) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
+        Some(self.transfer_of(maneuver, initial, intervals))
+    }
+
+    /// Returns [`Scene::transfer_from`] of a maneuver of the scene that has been [predicted anew](Scene::maneuver_seen).
+    pub fn transfer_of(
+        &self,
+        maneuver: &Maneuver,
+        initial: BodyState,
+        intervals: usize,
+    ) -> Result<Transfer, TransferError> {
         // The rest of the run: constraints that change with time are those of then.
         let start = self.h() * self.steps.saturating_sub(intervals as u64) as f64;
         let all = maneuver.constraints.iter();
@@ -218,7 +233,7 @@ impl Scene {
             maneuver.target.clone(),
             maneuver.actuation.clone(),
         );
-        Some(transfer.map(|transfer| {
+        transfer.map(|transfer| {
             let transfer = transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
@@ -227,7 +242,7 @@ impl Scene {
                 Some(chances) => transfer.with_chances(chances),
                 None => transfer,
             }
-        }))
+        })
     }
 
     /// Returns a warning if the flight uses other steps than the plan, or thrusters with pulses and delays. The

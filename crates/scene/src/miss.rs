@@ -1,3 +1,4 @@
+use lgvi_control::Terminal;
 use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::SVector;
 
@@ -11,13 +12,32 @@ impl Scene {
     /// of the angular momenta divided by the distance. For a spin axis, the entry is the smallest rotation that aligns
     /// it.
     pub fn miss(&self, end: &BodyState) -> Option<SVector<f64, 12>> {
-        let nominal = &self.bodies[self.maneuver.as_ref()?.body].body;
-        self.miss_of(nominal, end)
+        let maneuver = self.maneuver.as_ref()?;
+        let nominal = &self.bodies[maneuver.body].body;
+        self.miss_of(&maneuver.target, nominal, end)
     }
 
-    /// Returns [`Scene::miss`] for a body that replaces the planned one: its momenta are compared with those that it
-    /// would have at the target's velocities.
-    pub fn miss_of(&self, body: &RigidBody, end: &BodyState) -> Option<SVector<f64, 12>> {
+    /// Returns [`Scene::miss`] at the end of a flight with these states of all bodies, of a body that replaces the planned one.
+    ///
+    /// A target relative to another body is where that body is; there is none if that is nowhere, such as in orbital axes of a
+    /// body at the center. Momenta are compared with those that the replacement would have at the target's velocities.
+    pub fn miss_among(
+        &self,
+        states: &[BodyState],
+        body: &RigidBody,
+        end: &BodyState,
+    ) -> Option<SVector<f64, 12>> {
+        let maneuver = self.maneuver.as_ref()?;
+        let seen = self.target_seen(states).ok()?;
+        self.miss_of(seen.as_ref().unwrap_or(&maneuver.target), body, end)
+    }
+
+    fn miss_of(
+        &self,
+        target: &Terminal,
+        body: &RigidBody,
+        end: &BodyState,
+    ) -> Option<SVector<f64, 12>> {
         let maneuver = self.maneuver.as_ref()?;
         let nominal = &self.bodies[maneuver.body].body;
         let heavier = body.mass() / nominal.mass();
@@ -29,7 +49,7 @@ impl Scene {
             seen.angular_momentum =
                 nominal.inertia().matrix() * (own.inverse() * end.angular_momentum);
         }
-        let mut miss = maneuver.target.miss(&seen);
+        let mut miss = target.miss(&seen);
         let mut linear = miss.fixed_rows_mut::<3>(3);
         linear *= heavier;
         if other {

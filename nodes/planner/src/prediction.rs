@@ -74,7 +74,7 @@ mod tests {
     use lgvi_propagator::{Controls, Flight};
 
     use super::*;
-    use crate::solver::{End, Initial, Task, solve};
+    use crate::solver::{End, Guess, Initial, Task, solve};
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
 
@@ -90,7 +90,8 @@ mod tests {
     }
 
     fn controls(scene: &Scene, sequence: &Sequence) -> Controls {
-        let message = sequence.message(scene, 0, 0).unwrap();
+        let body = scene.maneuver.as_ref().unwrap().body;
+        let message = sequence.message(scene, body, 0).unwrap();
         Controls::of_message(scene, &message).unwrap()
     }
 
@@ -144,6 +145,62 @@ mod tests {
         assert!(planned > 1e-6, "the start was disturbed: {planned:e}");
         let error = forecast.state(&scene, 0, 39).unwrap_err();
         assert_eq!(error, "the flight has reached step 40, expected at most 39");
+    }
+
+    /// The miss of a flight, with a plan from each multiple of `every` steps on if that is given.
+    fn flown(scene: &Scene, every: Option<u64>) -> f64 {
+        let body = scene.maneuver.as_ref().unwrap().body;
+        let mut flight = Flight::new(scene).unwrap();
+        let mut sequences = vec![plan(scene, 0, scene.bodies[body].state)];
+        flight.accept(controls(scene, &sequences[0])).unwrap();
+        while flight.step() < scene.steps {
+            let step = flight.step();
+            if every.is_some_and(|every| step > 0 && step % every == 0 && step + 20 < scene.steps) {
+                let first_step = step + 4;
+                let forecast = Forecast {
+                    scheme: scene.scheme().unwrap(),
+                    from: Observed {
+                        step,
+                        states: flight.states().to_vec(),
+                        at: Instant::now(),
+                    },
+                    sequences: sequences.clone(),
+                };
+                let last = sequences.last().unwrap();
+                let task = Task {
+                    first_step,
+                    initial: Initial::Forecast(Box::new(forecast)),
+                    end: End::After((scene.steps - first_step) as usize),
+                    guess: Some(Guess {
+                        plan: last.plan.clone(),
+                        flown: (first_step - last.first_step) as usize,
+                    }),
+                };
+                let solved = solve(scene, &task, &mut |_| true)
+                    .unwrap_or_else(|unsolved| panic!("{first_step}: {}", unsolved.message));
+                let maneuver = scene.maneuver.as_ref().unwrap();
+                sequences.push(Sequence::new(maneuver, first_step, solved.plan));
+                let last = sequences.last().unwrap();
+                flight.accept(controls(scene, last)).unwrap();
+            }
+            flight.advance().unwrap();
+        }
+        let states = flight.states();
+        let miss = scene.miss_among(states, &scene.bodies[body].body, &states[body]);
+        miss.unwrap().norm()
+    }
+
+    /// The satellite is turned and tumbles otherwise than the first plan expects. Plans made in flight see it.
+    #[test]
+    fn a_target_that_tumbles_otherwise_than_expected_is_met() {
+        let text = include_str!("../../../scenes/tumbling_replan.toml");
+        for seed in 11..17 {
+            let text = text.replace("seed = 5", &format!("seed = {seed}"));
+            let scene = Scene::parse("test", &text).unwrap();
+            let [seen, unseen] = [Some(18), None].map(|every| flown(&scene, every));
+            assert!(seen < 1e-9, "seed {seed}: {seen:e}");
+            assert!(unseen > 0.3, "seed {seed}: {unseen:e}");
+        }
     }
 
     /// The scene turns too far for a step of its own, and cuts it.

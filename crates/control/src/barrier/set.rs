@@ -245,10 +245,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     }
 
     /// The largest violation of states `s_1 … s_N` where they are fixed, or `None` if it is within the tolerance.
-    pub(crate) fn given_violation(&self, states: &[BodyState]) -> Option<Violation> {
+    pub(crate) fn given_violation(
+        &self,
+        states: &[BodyState],
+        end: &BodyState,
+    ) -> Option<Violation> {
         let mut worst = None::<Violation>;
+        let last = states.len() - 1;
         for placed in &self.states {
             for (step, state) in states.iter().enumerate() {
+                let state = if step == last { end } else { state };
                 let amount = placed.value(step, state);
                 let most = worst.map_or(self.schedule.tolerances.violation, |worst| worst.amount);
                 let forbidden = placed.inequality.price.is_none();

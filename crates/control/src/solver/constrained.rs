@@ -245,7 +245,9 @@ impl<C> Solver<'_, C> {
         let Iterate {
             states, commands, ..
         } = &newton.iterate;
-        if let Some(violation) = barrier.given_violation(&states[1..]) {
+        let mut end = states[self.transfer.intervals];
+        self.transfer.terminal.aim(&mut end);
+        if let Some(violation) = barrier.given_violation(&states[1..], &end) {
             let Violation {
                 constraint,
                 step,

@@ -98,6 +98,23 @@ fn the_rest_of_a_transfer_is_planned_in_the_frame_of_then() {
     }
 }
 
+/// Target and frame have moved since the plan that a warm start begins with, whose end is forbidden now.
+#[test]
+fn a_warm_start_from_an_end_that_is_forbidden_now_is_not_refused() {
+    let slow = Vector3::new(0.3, 0.7, -0.2);
+    let duration = H * INTERVALS as f64;
+    let fast = slow + Vector3::new(2.0, 0.3, 0.1) / duration;
+    let before = plan(&transfer(slow, drifting(slow)));
+    let end = before.states[INTERVALS].position;
+    let center = Vector3::new(0.0, -0.1, 0.0) + duration * fast;
+    assert!((end - center).norm() < 0.1, "within the radius of 0.8");
+    let moved = transfer(fast, drifting(fast));
+    let settings = NewtonSettings::default();
+    let warm = solve(&moved, Start::Warm(&before), &settings, |_| true);
+    let warm = warm.unwrap_or_else(|error| panic!("{error}"));
+    assert!((warm.cost / plan(&moved).cost - 1.0).abs() < 1e-8);
+}
+
 #[test]
 fn poses_are_met_at_their_times_and_interpolated_between_them() {
     let poses: Vec<_> = (0..4)

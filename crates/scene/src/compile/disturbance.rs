@@ -1,7 +1,9 @@
 use std::f64::consts::PI;
 
-use crate::file::DisturbanceFile;
-use crate::{Commands, Disturbance, Scene, SceneError};
+use lgvi_dynamics::Mobility;
+
+use crate::file::{DisturbanceFile, DisturbedBodyFile};
+use crate::{Commands, Disturbance, Scene, SceneError, StateDeviation};
 
 /// Compiles the disturbance of a scene that is complete except for it.
 pub(super) fn disturbance(
@@ -24,15 +26,53 @@ pub(super) fn disturbance(
             return Err(SceneError::value(key, error, expected));
         }
     }
+    let key = |name: &str| format!("disturbance.{name}");
+    let mut others = Vec::new();
+    for (index, file) in file.bodies.iter().enumerate() {
+        let (body, deviation) = other(scene, &key(&format!("bodies[{index}]")), file)?;
+        if body == maneuver.body || others.iter().any(|(other, _)| *other == body) {
+            let key = key(&format!("bodies[{index}].body"));
+            let expected = "a body other than that of the maneuver and those of tables before";
+            return Err(SceneError::value(key, &file.body, expected));
+        }
+        others.push((body, deviation));
+    }
     Ok(Disturbance {
         seed: file.seed,
-        force_error: deviation("force_error", file.force_error)?,
-        moment_error: deviation("moment_error", file.moment_error)?,
-        position: deviation("position", file.position)?,
-        velocity: deviation("velocity", file.velocity)?,
-        attitude: rotation_deviation(file.attitude)?,
-        angular_velocity: deviation("angular_velocity", file.angular_velocity)?,
+        force_error: deviation(key("force_error"), file.force_error)?,
+        moment_error: deviation(key("moment_error"), file.moment_error)?,
+        state: StateDeviation {
+            position: deviation(key("position"), file.position)?,
+            velocity: deviation(key("velocity"), file.velocity)?,
+            attitude: rotation_deviation(key("attitude"), file.attitude)?,
+            angular_velocity: deviation(key("angular_velocity"), file.angular_velocity)?,
+        },
+        others,
     })
+}
+
+/// The index of a body that is not maneuvered, and its deviations.
+fn other(
+    scene: &Scene,
+    key: &str,
+    file: &DisturbedBodyFile,
+) -> Result<(usize, StateDeviation), SceneError> {
+    let key = |name: &str| format!("{key}.{name}");
+    let body = scene.body_index(&file.body).ok_or_else(|| {
+        let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+        SceneError::unknown(key("body"), &file.body, &names)
+    })?;
+    if *scene.bodies[body].body.mobility() != Mobility::Free {
+        let expected = "a body that is free to move";
+        return Err(SceneError::value(key("body"), &file.body, expected));
+    }
+    let deviation = StateDeviation {
+        position: deviation(key("position"), file.position)?,
+        velocity: deviation(key("velocity"), file.velocity)?,
+        attitude: rotation_deviation(key("attitude"), file.attitude)?,
+        angular_velocity: deviation(key("angular_velocity"), file.angular_velocity)?,
+    };
+    Ok((body, deviation))
 }
 
 /// Checks that the disturbed states can be flown like the nominal ones.
@@ -68,25 +108,21 @@ pub(super) fn check_states(scene: &Scene) -> Result<(), SceneError> {
 
 /// Limits the deviation of the attitude to half a turn. A larger one would add no information, and rounding errors
 /// would destroy the rotation matrix.
-fn rotation_deviation(value: f64) -> Result<f64, SceneError> {
-    let value = deviation("attitude", value)?;
+fn rotation_deviation(key: String, value: f64) -> Result<f64, SceneError> {
+    let value = deviation(key.clone(), value)?;
     if value <= PI {
         Ok(value)
     } else {
         let expected = "a standard deviation of at most half a turn, π";
-        Err(SceneError::value("disturbance.attitude", value, expected))
+        Err(SceneError::value(key, value, expected))
     }
 }
 
-fn deviation(name: &str, value: f64) -> Result<f64, SceneError> {
+fn deviation(key: String, value: f64) -> Result<f64, SceneError> {
     if value.is_finite() && value >= 0.0 {
         Ok(value)
     } else {
-        let key = format!("disturbance.{name}");
-        Err(SceneError::value(
-            key,
-            value,
-            "a standard deviation, a finite number ≥ 0",
-        ))
+        let expected = "a standard deviation, a finite number ≥ 0";
+        Err(SceneError::value(key, value, expected))
     }
 }

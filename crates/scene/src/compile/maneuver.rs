@@ -4,10 +4,12 @@ mod chances;
 mod constraints;
 mod options;
 mod prediction;
+mod relative;
 mod target;
 
 pub(super) use chances::chances;
 pub(crate) use constraints::ConstraintFile;
+pub(crate) use relative::Relative;
 
 use lgvi_control::{Dynamics, Motion, Transfer};
 use lgvi_dynamics::integrator::Rotor;
@@ -64,6 +66,7 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         body,
         target,
         predicted: file.target.relative_to.is_some(),
+        relative: Relative::of(file),
         constraints,
         chances: None,
         actuator_limit,

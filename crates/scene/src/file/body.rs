@@ -201,7 +201,7 @@ pub(crate) enum MobilityFile {
     },
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
@@ -212,7 +212,7 @@ pub(crate) enum AttitudeFile {
     Quaternion(QuaternionFile),
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct QuaternionFile {
@@ -226,7 +226,7 @@ pub(crate) struct QuaternionFile {
     pub z: f64,
 }
 
-#[derive(PartialEq, Eq, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Eq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct RelativeFile {

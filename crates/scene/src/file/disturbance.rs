@@ -24,4 +24,28 @@ pub(crate) struct DisturbanceFile {
     /// Standard deviation of each component of the initial angular velocity, body frame (rad per unit of time).
     #[serde(default)]
     pub angular_velocity: f64,
+    /// Deviations of other bodies.
+    #[serde(default)]
+    pub bodies: Vec<DisturbedBodyFile>,
+}
+
+/// Standard deviations of the initial state of a body that is not maneuvered.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct DisturbedBodyFile {
+    /// Name of the body.
+    pub body: String,
+    /// Standard deviation of each component of the initial position.
+    #[serde(default)]
+    pub position: f64,
+    /// Standard deviation of each component of the initial velocity.
+    #[serde(default)]
+    pub velocity: f64,
+    /// Standard deviation of each component of the initial attitude's rotation vector (rad), at most π.
+    #[serde(default)]
+    pub attitude: f64,
+    /// Standard deviation of each component of the initial angular velocity, body frame (rad per unit of time).
+    #[serde(default)]
+    pub angular_velocity: f64,
 }

@@ -109,7 +109,7 @@ pub(crate) enum CommandsFile {
     Wheels,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(
     untagged,
@@ -228,7 +228,7 @@ pub(crate) enum SolverMethodFile {
     Shooting,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct TargetFile {
@@ -249,7 +249,7 @@ pub(crate) struct TargetFile {
     pub angular_velocity: Option<[f64; 3]>,
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct OrbitFile {
@@ -259,7 +259,7 @@ pub(crate) struct OrbitFile {
     pub velocity: [f64; 3],
 }
 
-#[derive(Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]
 pub(crate) struct SpinAxisFile {

@@ -132,3 +132,74 @@ fn a_seed_is_any_integer_of_64_bits() {
         assert_eq!(scene.disturbance.unwrap().seed, seed);
     }
 }
+
+/// [`disturbed`] beside a rock that is free to move.
+fn beside_free_rock(disturbance: &str) -> String {
+    with(
+        &disturbed(disturbance),
+        "mobility = \"fixed\"\nposition = [0.0, 0.0, 0.0]",
+        "position = [0.0, 0.0, 0.0]\nvelocity = [0.0, 0.0, 0.0]\nangular_velocity = [0.1, 0.0, 0.2]",
+    )
+}
+
+const OTHER: &str = "[[disturbance.bodies]]\nbody = \"rock\"\nposition = 0.01\nattitude = 0.02\nangular_velocity = 0.03\n";
+
+#[test]
+fn other_bodies_start_elsewhere_and_the_maneuvered_one_where_it_did() {
+    let scene = |text: &str| Scene::parse("test", &beside_free_rock(text)).unwrap();
+    let plain = scene(DISTURBANCE).initial_states();
+    let both = scene(&format!("{DISTURBANCE}{OTHER}"));
+    let states = both.initial_states();
+    assert_eq!(states[0], plain[0]);
+    let difference = lgvi_control::miss(&both.bodies[1].state, &states[1]);
+    let (body, nominal) = (&both.bodies[1].body, &both.bodies[1].state);
+    let rate = states[1].angular_velocity(body) - nominal.angular_velocity(body);
+    let found = [
+        (difference.fixed_rows::<3>(0).into_owned(), 0.01),
+        (difference.fixed_rows::<3>(6).into_owned(), 0.02),
+        (rate, 0.03),
+    ];
+    for (found, deviation) in found {
+        let sizes = found.map(f64::abs);
+        assert!(sizes.min() > 1e-3 * deviation && sizes.max() < 5.0 * deviation);
+    }
+    assert_eq!(states[1].linear_momentum, nominal.linear_momentum);
+}
+
+#[test]
+fn wrong_deviations_of_other_bodies_are_refused_by_key_and_value() {
+    for (from, to, parts) in [
+        (
+            "\"rock\"",
+            "\"rok\"",
+            ["bodies[0].body` is \"rok\"", "did you mean rock?"],
+        ),
+        (
+            "\"rock\"",
+            "\"craft\"",
+            ["bodies[0].body` is \"craft\"", "other than that"],
+        ),
+        (
+            "position = 0.01",
+            "position = -1.0",
+            ["bodies[0].position` is -1", "≥ 0"],
+        ),
+        (
+            "attitude = 0.02",
+            "attitude = 3.2",
+            ["bodies[0].attitude` is 3.2", "half a turn"],
+        ),
+    ] {
+        assert_refused(
+            &beside_free_rock(&format!("{DISTURBANCE}{}", with(OTHER, from, to))),
+            &parts,
+        );
+    }
+    let twice = format!("{DISTURBANCE}{OTHER}{OTHER}");
+    assert_refused(
+        &beside_free_rock(&twice),
+        &["bodies[1].body` is \"rock\"", "tables before"],
+    );
+    let fixed = disturbed(&format!("{DISTURBANCE}{OTHER}"));
+    assert_refused(&fixed, &["bodies[0].body` is \"rock\"", "free to move"]);
+}

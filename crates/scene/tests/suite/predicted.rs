@@ -135,6 +135,58 @@ fn relative_constraints_are_in_the_axes_of_the_flown_body() {
     }
 }
 
+/// What is predicted in flight is where another flight takes the other bodies, and the constraints after that step are in
+/// their axes. Without anything relative there is nothing to predict.
+#[test]
+fn a_maneuver_seen_in_flight_is_that_of_the_flown_bodies() {
+    let keys = "constraints = [\n\
+        { kind = \"corridor\", relative_to = { body = \"target\", axes = \"body\" }, apex = [0, 0, 0], axis = [1, 0, 0], half_angle = \"80 deg\" },\n\
+        { kind = \"keep_out_sphere\", relative_to = { body = \"target\", axes = \"rtn\" }, center = [1, 0, 0], radius = 0.1 }]\n";
+    let expected = parse(&text(keys, TARGET));
+    let start = &expected.maneuver.as_ref().unwrap().target;
+    for seed in 1..=6 {
+        let deviations = format!(
+            "[disturbance]\nseed = {seed}\n[[disturbance.bodies]]\nbody = \"target\"\nposition = 0.02\nvelocity = 0.03\n\
+             attitude = 0.2\nangular_velocity = 0.3\n"
+        );
+        let scene = parse(&format!("{}{deviations}", text(keys, TARGET)));
+        let states = flown(&scene);
+        assert_ne!(states[0][1], scene.bodies[1].state);
+        let step = 7 * seed as usize;
+        let seen = scene.maneuver_seen(step as u64, &states[step]);
+        let seen = seen.unwrap().expect("a maneuver relative to a body");
+        let (found, end) = (seen.target.state().unwrap(), states[50][1]);
+        let body = &scene.bodies[1].body;
+        let (a, rate) = axes(&scene, 1, &end, "body");
+        let arm = a * Vector3::new(0.3, -0.2, 0.1);
+        let own = a * Vector3::new(0.05, 0.02, -0.04);
+        let velocity = end.velocity(body) + own + rate.cross(&arm);
+        assert!((found.position - end.position - arm).norm() < 1e-13);
+        assert!((found.velocity(&scene.bodies[0].body) - velocity).norm() < 1e-13);
+        let moved = (found.position - start.state().unwrap().position).norm();
+        assert!(moved > 1e-3, "{moved}");
+        for (constraint, kind) in seen.constraints.iter().zip(["body", "rtn"]) {
+            let moving: &Moving = constraint.downcast_ref().expect("a moving constraint");
+            for (step, states) in states.iter().enumerate().skip(step) {
+                let (rotation, _) = axes(&scene, 1, &states[1], kind);
+                let pose = moving.pose(0.02 * step as f64);
+                assert!((pose.origin - states[1].position).norm() < 1e-13);
+                assert!((pose.rotation - rotation).norm() < 1e-13, "{kind} {step}");
+            }
+        }
+        // Arrived where the body itself is: the target of the flown body, not the expected one.
+        let craft = &scene.bodies[0].body;
+        let miss = scene.miss_among(&states[50], craft, &found).unwrap().norm();
+        assert!(miss < 1e-13, "{miss}");
+        assert!(scene.miss(&found).unwrap().norm() > 1e-3);
+    }
+    let alone = parse(&text("", "position = [3, 1, 0]\n"));
+    assert_eq!(alone.maneuver_seen(3, &alone.initial_states()), Ok(None));
+    let end = alone.initial_states();
+    let craft = &alone.bodies[0].body;
+    assert_eq!(alone.miss_among(&end, craft, &end[0]), alone.miss(&end[0]));
+}
+
 #[test]
 fn mistakes_in_relative_maneuvers_are_named() {
     let sphere = "constraints = [{ kind = \"keep_out_sphere\", relative_to = { body = \"target\", axes = \"body\" }, center = [1, 0, 0], radius = 0.1 }]";

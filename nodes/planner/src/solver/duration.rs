@@ -1,11 +1,10 @@
 use std::collections::BTreeMap;
 
 use lgvi_control::Plan;
-use lgvi_dynamics::BodyState;
-use lgvi_scene::{FinalTime, Scene};
+use lgvi_scene::FinalTime;
 use tracing::info;
 
-use super::{Iteration, Observe, Reason, Solved, Unsolved, once, transfer};
+use super::{Iteration, Observe, Problem, Reason, Solved, Unsolved};
 
 /// The plan of the best duration: a whole number of the run's steps, so that it is flown as it is planned, at which
 /// `J + weight · T` is less than with a step more or a step less, or which is a bound of the range.
@@ -13,14 +12,12 @@ use super::{Iteration, Observe, Reason, Solved, Unsolved, once, transfer};
 /// A pattern search over the number of steps, from the middle of the range: steps of an eighth of it, halved where
 /// neither side is better, each plan from the best before it. Durations that cannot be planned count as infinitely dear.
 pub(super) fn solve(
-    scene: &Scene,
-    initial: &BodyState,
+    problem: Problem<'_>,
     range: FinalTime,
     observe: Observe<'_>,
 ) -> Result<Solved, Unsolved> {
     let mut durations = Durations {
-        scene,
-        initial,
+        problem,
         range,
         observe,
         made: Iteration::NONE,
@@ -75,8 +72,7 @@ pub(super) fn solve(
 }
 
 struct Durations<'s, 'o> {
-    scene: &'s Scene,
-    initial: &'s BodyState,
+    problem: Problem<'s>,
     range: FinalTime,
     observe: Observe<'o>,
     /// Iterations of all durations so far.
@@ -95,7 +91,7 @@ impl Durations<'_, '_> {
         if let Some(cost) = self.known.get(&steps) {
             return Ok(*cost);
         }
-        let transfer = transfer(self.scene, self.initial, steps as usize)?;
+        let transfer = self.problem.transfer(steps as usize)?;
         let (before, made) = (self.made, &mut self.made);
         let observe = &mut *self.observe;
         let mut count = |now: &Iteration| {
@@ -107,17 +103,17 @@ impl Durations<'_, '_> {
             observe(made)
         };
         let guess = self.best.as_ref().map(|(_, plan)| plan);
-        let warm = once(self.scene, &transfer, guess, &mut count);
+        let warm = self.problem.solve(&transfer, guess, &mut count);
         let planned = match warm {
             Err(Unsolved {
                 reason: Reason::Infeasible | Reason::NotConverged,
                 ..
-            }) if guess.is_some() => once(self.scene, &transfer, None, &mut count),
+            }) if guess.is_some() => self.problem.solve(&transfer, None, &mut count),
             planned => planned,
         };
         let cost = match planned {
             Ok(Solved { plan, .. }) => {
-                let time = steps as f64 * self.scene.h();
+                let time = steps as f64 * self.problem.scene.h();
                 let cost = plan.total_cost() + self.range.weight * time;
                 if self.best.as_ref().is_none_or(|(least, _)| cost < *least) {
                     self.best = Some((cost, plan));
@@ -140,6 +136,8 @@ impl Durations<'_, '_> {
 
 #[cfg(test)]
 mod tests {
+    use lgvi_scene::Scene;
+
     use super::super::{End, Initial, Task, solve};
     use super::*;
 

@@ -7,6 +7,8 @@ mod shortest;
 mod tests;
 mod violated;
 
+use std::borrow::Cow;
+use std::fmt::Display;
 use std::sync::Arc;
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
@@ -189,28 +191,38 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
+    let refused = |error: &dyn Display| Unsolved::new(Reason::Refused, error);
     if maneuver.commands() == Commands::Wheels && task.first_step > 0 {
         return Err(Unsolved::new(Reason::Refused, LATER));
     }
-    let initial = match &task.initial {
-        Initial::State(state) => *state,
+    let (initial, maneuver) = match &task.initial {
+        Initial::State(state) => (*state, Cow::Borrowed(maneuver)),
         #[cfg(feature = "node")]
-        Initial::Forecast(forecast) => forecast
-            .state(scene, maneuver.body, task.first_step)
-            .map_err(|error| Unsolved::new(Reason::Refused, error))?,
+        Initial::Forecast(forecast) => {
+            let state = forecast.state(scene, maneuver.body, task.first_step);
+            let seen = scene.maneuver_seen(forecast.from.step, &forecast.from.states);
+            let seen = seen.map_err(|error| refused(&error))?;
+            let maneuver = seen.map_or(Cow::Borrowed(maneuver), Cow::Owned);
+            (state.map_err(|error| refused(&error))?, maneuver)
+        }
+    };
+    let problem = Problem {
+        scene,
+        maneuver: &maneuver,
+        initial,
     };
     let mut solved = match task.end {
         End::After(intervals) => {
-            let transfer = transfer(scene, &initial, intervals)?;
+            let transfer = problem.transfer(intervals)?;
             let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
                 // What is too short to be shortened is no help.
                 plan.remaining(&transfer, *flown).ok()
             });
-            once(scene, &transfer, guess.as_ref(), observe)?
+            problem.solve(&transfer, guess.as_ref(), observe)?
         }
         End::Free(range) => match range.minimize {
-            Minimize::Cost => duration::solve(scene, &initial, range, observe)?,
-            Minimize::Time => shortest::solve(scene, &initial, range, observe)?,
+            Minimize::Cost => duration::solve(problem, range, observe)?,
+            Minimize::Time => shortest::solve(problem, range, observe)?,
         },
     };
     let certificate = solved.plan.certificate;
@@ -224,33 +236,42 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     Ok(solved)
 }
 
-fn transfer(scene: &Scene, initial: &BodyState, intervals: usize) -> Result<Transfer, Unsolved> {
-    let refused = |error: &dyn std::fmt::Display| Unsolved::new(Reason::Refused, error);
-    scene
-        .transfer_from(*initial, intervals)
-        .ok_or_else(|| refused(&NO_MANEUVER))?
-        .map_err(|error| refused(&error))
+/// The maneuver of a scene, from a state.
+#[derive(Clone, Copy)]
+struct Problem<'p> {
+    scene: &'p Scene,
+    /// That of the scene, or as it is seen in flight.
+    maneuver: &'p Maneuver,
+    initial: BodyState,
 }
 
-/// Solves one transfer.
-fn once(
-    scene: &Scene,
-    transfer: &Transfer,
-    guess: Option<&Plan>,
-    observe: Observe<'_>,
-) -> Result<Solved, Unsolved> {
-    let Some(maneuver) = &scene.maneuver else {
-        return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
-    };
-    attempt(scene, maneuver, transfer, guess, observe).map_err(|unsolved| {
-        match &unsolved.violated {
-            None => unsolved,
-            Some(violated) => Unsolved {
-                message: violated.told(scene, maneuver),
-                ..unsolved
-            },
-        }
-    })
+impl Problem<'_> {
+    fn transfer(&self, intervals: usize) -> Result<Transfer, Unsolved> {
+        self.scene
+            .transfer_of(self.maneuver, self.initial, intervals)
+            .map_err(|error| Unsolved::new(Reason::Refused, error))
+    }
+
+    /// Solves one transfer.
+    fn solve(
+        &self,
+        transfer: &Transfer,
+        guess: Option<&Plan>,
+        observe: Observe<'_>,
+    ) -> Result<Solved, Unsolved> {
+        let &Self {
+            scene, maneuver, ..
+        } = self;
+        attempt(scene, maneuver, transfer, guess, observe).map_err(|unsolved| {
+            match &unsolved.violated {
+                None => unsolved,
+                Some(violated) => Unsolved {
+                    message: violated.told(scene, maneuver),
+                    ..unsolved
+                },
+            }
+        })
+    }
 }
 
 fn attempt(

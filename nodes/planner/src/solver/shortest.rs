@@ -2,11 +2,10 @@ use lgvi_control::{
     FinalTimeError, MinimumTime, Plan, Progress, SearchSettings, Start, TimeRange,
     search_minimum_time, solve_minimum_time,
 };
-use lgvi_dynamics::BodyState;
-use lgvi_scene::{FinalTime, Scene};
+use lgvi_scene::FinalTime;
 use tracing::info;
 
-use super::{Iteration, Observe, Reason, Solved, Unsolved, newton_settings, once, transfer};
+use super::{Iteration, Observe, Problem, Reason, Solved, Unsolved, newton_settings};
 
 /// Relative tolerance of the time that is not a whole number of steps.
 const TOLERANCE: f64 = 1e-4;
@@ -20,8 +19,7 @@ const ROUNDING: f64 = 1e-6;
 /// The shortest time as such is found first, in as many steps as the longest duration has. A step less or more is tried
 /// from there.
 pub(super) fn solve(
-    scene: &Scene,
-    initial: &BodyState,
+    problem: Problem<'_>,
     range: FinalTime,
     observe: Observe<'_>,
 ) -> Result<Solved, Unsolved> {
@@ -31,15 +29,15 @@ pub(super) fn solve(
         ..
     } = range;
     let mut tally = Tally::default();
-    let minimum = continuous(scene, initial, range, &mut |now| {
+    let minimum = continuous(problem, range, &mut |now| {
         observe(&tally.count(&now.into()))
     })?;
-    let whole = (minimum.final_time / scene.h() - ROUNDING).ceil() as u64;
+    let whole = (minimum.final_time / problem.scene.h() - ROUNDING).ceil() as u64;
     let mut steps = whole.clamp(min_steps, max_steps);
     let mut planned = |steps: u64, guess: &Plan| -> Result<Option<Plan>, Unsolved> {
-        let transfer = transfer(scene, initial, steps as usize)?;
+        let transfer = problem.transfer(steps as usize)?;
         let mut count = |now: &Iteration| observe(&tally.count(now));
-        match once(scene, &transfer, Some(guess), &mut count) {
+        match problem.solve(&transfer, Some(guess), &mut count) {
             Ok(Solved { plan, .. }) => Ok(Some(plan)),
             Err(unsolved) if is_missing(&unsolved) => Ok(None),
             Err(unsolved) => Err(unsolved),
@@ -50,7 +48,7 @@ pub(super) fn solve(
             Some(plan) => break plan,
             None if steps < max_steps => steps += 1,
             None => {
-                let h = scene.h();
+                let h = problem.scene.h();
                 let message = format!(
                     "the target is reached in {}, but no plan was found in a whole number of at most {max_steps} steps of {h}",
                     minimum.final_time
@@ -72,15 +70,14 @@ pub(super) fn solve(
 
 /// The plan of the shortest time, whatever number of steps of the run it is.
 fn continuous(
-    scene: &Scene,
-    initial: &BodyState,
+    problem: Problem<'_>,
     range: FinalTime,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<MinimumTime, Unsolved> {
-    let Some(maneuver) = &scene.maneuver else {
-        return Err(Unsolved::new(Reason::Refused, super::NO_MANEUVER));
-    };
-    let transfer = transfer(scene, initial, range.max_steps as usize)?;
+    let Problem {
+        scene, maneuver, ..
+    } = problem;
+    let transfer = problem.transfer(range.max_steps as usize)?;
     let times = TimeRange {
         shortest: range.min_steps as f64 * scene.h(),
         longest: range.max_steps as f64 * scene.h(),
@@ -159,6 +156,8 @@ impl Tally {
 
 #[cfg(test)]
 mod tests {
+    use lgvi_scene::Scene;
+
     use super::super::{End, Initial, Task, solve};
     use super::*;
 

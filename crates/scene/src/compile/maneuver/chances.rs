@@ -29,7 +29,12 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
             check_ensemble(scene, maneuver, ensemble, file)?;
             of_ensemble(maneuver, ensemble)
         }
-        (None, Some(disturbance)) => of_disturbance(disturbance, maneuver.feedback),
+        (None, Some(disturbance)) => {
+            let others = &disturbance.others;
+            let deviates = |body| others.iter().any(|(other, _)| *other == body);
+            check_relative(scene, file, "disturbance", deviates)?;
+            of_disturbance(disturbance, maneuver.feedback)
+        }
         (None, None) => {
             return refused("none without the deviations of `ensemble` or `disturbance`".into());
         }
@@ -55,15 +60,23 @@ fn check_ensemble(
             return Err(SceneError::value(key, given, expected));
         }
     }
-    let disperses = |name: &str| {
-        let body = scene.body_index(name);
-        body.is_some_and(|body| ensemble.spreads[body] != Spread::default())
-    };
+    check_relative(scene, file, "ensemble", |body| {
+        ensemble.spreads[body] != Spread::default()
+    })
+}
+
+/// Refuses constraints relative to bodies that deviate.
+fn check_relative(
+    scene: &Scene,
+    file: &ManeuverFile,
+    table: &str,
+    deviates: impl Fn(usize) -> bool,
+) -> Result<(), SceneError> {
     let mut relative = file.constraints.iter().filter_map(|one| one.relative_to());
-    match relative.find(|relative| disperses(&relative.body)) {
+    match relative.find(|relative| scene.body_index(&relative.body).is_some_and(&deviates)) {
         None => Ok(()),
         Some(relative) => {
-            let expected = "constraints relative to bodies that `ensemble` does not disperse";
+            let expected = format!("constraints relative to bodies that `{table}` leaves alone");
             Err(SceneError::value(KEY, &relative.body, expected))
         }
     }
@@ -83,11 +96,12 @@ fn of_ensemble(maneuver: &Maneuver, ensemble: &Ensemble) -> Uncertainty {
 }
 
 fn of_disturbance(disturbance: &Disturbance, feedback: bool) -> Uncertainty {
+    let state = disturbance.state;
     Uncertainty {
-        position: disturbance.position,
-        velocity: disturbance.velocity,
-        attitude: disturbance.attitude,
-        angular_velocity: disturbance.angular_velocity,
+        position: state.position,
+        velocity: state.velocity,
+        attitude: state.attitude,
+        angular_velocity: state.angular_velocity,
         force_error: disturbance.force_error,
         moment_error: disturbance.moment_error,
         feedback,

@@ -16,7 +16,7 @@ use crate::file::{AttitudeFile, EachFile, RelativeFile};
 use crate::{Scene, SceneError, check};
 
 /// A constraint in the form of the scene file. Each kind has one variant here and one arm in [`constraint`].
-#[derive(Deserialize)]
+#[derive(Clone, Debug, PartialEq, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(tag = "kind", rename_all = "snake_case", deny_unknown_fields)]
 pub(crate) enum ConstraintFile {

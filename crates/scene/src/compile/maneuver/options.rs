@@ -152,10 +152,7 @@ pub(super) fn check_combination(
         let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
         return Err(SceneError::value("run.steps", scene.steps, expected));
     }
-    let mut constraints = file.constraints.iter();
-    let relative = file.target.relative_to.is_some()
-        || constraints.any(|constraint| constraint.relative_to().is_some());
-    if relative && maneuver.final_time.is_some() {
+    if maneuver.relative.is_some() && maneuver.final_time.is_some() {
         let expected = "none beside `relative_to`: the axes are known at the times of the run only";
         return Err(SceneError::value("maneuver.final_time", "given", expected));
     }

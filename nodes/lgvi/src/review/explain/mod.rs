@@ -70,7 +70,10 @@ impl Explanation {
             docking: Docking::of(scene),
             sensors: Sensor::of(scene),
             maneuver: Maneuver::of(scene),
-            disturbance: scene.disturbance.map(|disturbance| disturbance.seed),
+            disturbance: scene
+                .disturbance
+                .as_ref()
+                .map(|disturbance| disturbance.seed),
             integrator,
             skips: Skips::of(scene, scheme),
             warnings,

@@ -34,8 +34,10 @@ impl Propagator {
     /// How far the flight has arrived from the maneuver's target.
     fn miss(&self) -> Option<Miss> {
         let body = self.scene.maneuver.as_ref()?.body;
-        let end = self.arrival.unwrap_or(self.flight.states()[body]);
-        let miss = self.scene.miss(&end)?;
+        let states = self.flight.states();
+        let end = self.arrival.unwrap_or(states[body]);
+        let nominal = &self.scene.bodies[body].body;
+        let miss = self.scene.miss_among(states, nominal, &end)?;
         let part = |which: usize| miss.fixed_rows::<3>(3 * which).norm();
         let units = &self.scene.units;
         Some(Miss {

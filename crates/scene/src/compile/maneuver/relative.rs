@@ -1,0 +1,97 @@
+//! What a maneuver says relative to other bodies, predicted anew in flight.
+
+use std::sync::Arc;
+
+use lgvi_control::Terminal;
+use lgvi_dynamics::BodyState;
+
+use super::prediction::Predictions;
+use super::{ConstraintFile, constraints, target};
+use crate::file::{ManeuverFile, TargetFile};
+use crate::{Maneuver, Scene, SceneError};
+
+/// The target and the constraints as the file states them, of which some are relative to other bodies.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Relative {
+    target: TargetFile,
+    constraints: Vec<ConstraintFile>,
+}
+
+impl Relative {
+    /// Returns `None` if nothing is relative to another body.
+    pub(super) fn of(file: &ManeuverFile) -> Option<Arc<Self>> {
+        let mut constraints = file.constraints.iter();
+        let relative = file.target.relative_to.is_some()
+            || constraints.any(|constraint| constraint.relative_to().is_some());
+        relative.then(|| {
+            Arc::new(Self {
+                target: file.target.clone(),
+                constraints: file.constraints.clone(),
+            })
+        })
+    }
+}
+
+impl Scene {
+    /// Returns the maneuver with its target and constraints where the other bodies will be, predicted from the states of all
+    /// bodies at `step` of a flight, or `None` if it is not relative to other bodies.
+    ///
+    /// # Errors
+    /// Returns an error if the motion of a body cannot be predicted.
+    pub fn maneuver_seen(
+        &self,
+        step: u64,
+        states: &[BodyState],
+    ) -> Result<Option<Maneuver>, SceneError> {
+        let Some((maneuver, relative)) = self.relative() else {
+            return Ok(None);
+        };
+        let mut predictions = Predictions::seen(self, maneuver.body, step, states);
+        let target = relative.target(self, maneuver, &mut predictions)?;
+        let constraints = constraints::constraints(
+            self,
+            &self.bodies[maneuver.body].body,
+            &relative.constraints,
+            maneuver.motion,
+            &maneuver.actuation,
+            &mut predictions,
+        )?;
+        Ok(Some(Maneuver {
+            target,
+            constraints,
+            ..maneuver.clone()
+        }))
+    }
+
+    /// Returns the maneuver's target where the other bodies are in `states`, at the end of a flight, or `None` if it is not
+    /// relative to other bodies.
+    pub(crate) fn target_seen(&self, states: &[BodyState]) -> Result<Option<Terminal>, SceneError> {
+        let Some((maneuver, relative)) = self.relative() else {
+            return Ok(None);
+        };
+        let mut predictions = Predictions::seen(self, maneuver.body, self.steps, states);
+        relative.target(self, maneuver, &mut predictions).map(Some)
+    }
+
+    fn relative(&self) -> Option<(&Maneuver, &Relative)> {
+        let maneuver = self.maneuver.as_ref()?;
+        Some((maneuver, maneuver.relative.as_deref()?))
+    }
+}
+
+impl Relative {
+    fn target<'s>(
+        &'s self,
+        scene: &'s Scene,
+        maneuver: &Maneuver,
+        predictions: &mut Predictions<'s>,
+    ) -> Result<Terminal, SceneError> {
+        target::target(
+            scene,
+            maneuver.body,
+            &self.target,
+            maneuver.motion,
+            predictions,
+        )
+    }
+}

@@ -14,6 +14,7 @@ mod sensors;
 mod state;
 
 pub use actuators::{MAX_THRUSTERS, MAX_WHEELS};
+pub use maneuver::Seen;
 pub(crate) use maneuver::{ConstraintFile, Relative};
 
 use std::sync::Arc;

@@ -66,7 +66,7 @@ mod units;
 
 pub use check::{quaternion_defect, rotation_defect};
 pub use chosen::Chosen;
-pub use compile::{MAX_THRUSTERS, MAX_WHEELS};
+pub use compile::{MAX_THRUSTERS, MAX_WHEELS, Seen};
 pub use disturbance::{ActuatorErrors, Disturbance, StateDeviation};
 pub use ensemble::{Deviation, Ensemble, Sample, Spread};
 pub use error::{LONGEST, SceneError, SchemeError};

@@ -159,6 +159,11 @@ impl Commands {
 }
 
 impl Maneuver {
+    /// Returns true if its target or a constraint is relative to another body.
+    pub fn is_relative(&self) -> bool {
+        self.relative.is_some()
+    }
+
     /// Returns what the commands are.
     pub fn commands(&self) -> Commands {
         match self.actuator_limit {

@@ -9,6 +9,7 @@ mod target;
 
 pub(super) use chances::chances;
 pub(crate) use constraints::ConstraintFile;
+pub use prediction::Seen;
 pub(crate) use relative::Relative;
 
 use lgvi_control::{Dynamics, Motion, Transfer};

@@ -4,7 +4,7 @@ use std::any::{Any, TypeId};
 
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, Moving};
 use lgvi_dynamics::{BodyState, Load};
-use lgvi_scene::Scene;
+use lgvi_scene::{Scene, Seen};
 use nalgebra::{Matrix3, Vector3};
 
 use crate::{assert_refused, with};
@@ -153,7 +153,11 @@ fn a_maneuver_seen_in_flight_is_that_of_the_flown_bodies() {
         let states = flown(&scene);
         assert_ne!(states[0][1], scene.bodies[1].state);
         let step = 7 * seed as usize;
-        let seen = scene.maneuver_seen(step as u64, &states[step]);
+        let at = |step: usize| Seen {
+            step: step as u64,
+            states: states[step].clone(),
+        };
+        let seen = scene.maneuver_seen(&[at(step)]);
         let seen = seen.unwrap().expect("a maneuver relative to a body");
         let (found, end) = (seen.target.state().unwrap(), states[50][1]);
         let body = &scene.bodies[1].body;
@@ -174,6 +178,15 @@ fn a_maneuver_seen_in_flight_is_that_of_the_flown_bodies() {
                 assert!((pose.rotation - rotation).norm() < 1e-13, "{kind} {step}");
             }
         }
+        // Wherever it has been seen, a body is there.
+        let often = scene.maneuver_seen(&[at(0), at(20), at(21), at(50)]);
+        let often = often.unwrap().expect("a maneuver relative to a body");
+        assert!(lgvi_control::miss(&often.target.state().unwrap(), &found).norm() < 1e-13);
+        let poses: &Moving = often.constraints[0].downcast_ref().unwrap();
+        for (step, states) in states.iter().enumerate() {
+            let pose = poses.pose(0.02 * step as f64);
+            assert!((pose.origin - states[1].position).norm() < 1e-13, "{step}");
+        }
         // Arrived where the body itself is: the target of the flown body, not the expected one.
         let craft = &scene.bodies[0].body;
         let miss = scene.miss_among(&states[50], craft, &found).unwrap().norm();
@@ -181,7 +194,7 @@ fn a_maneuver_seen_in_flight_is_that_of_the_flown_bodies() {
         assert!(scene.miss(&found).unwrap().norm() > 1e-3);
     }
     let alone = parse(&text("", "position = [3, 1, 0]\n"));
-    assert_eq!(alone.maneuver_seen(3, &alone.initial_states()), Ok(None));
+    assert_eq!(alone.maneuver_seen(&[]), Ok(None));
     let end = alone.initial_states();
     let craft = &alone.bodies[0].body;
     assert_eq!(alone.miss_among(&end, craft, &end[0]), alone.miss(&end[0]));

@@ -7,7 +7,7 @@ use lgvi_dynamics::{BodyState, Invariants, System};
 use lgvi_middleware::node::NodeError;
 use lgvi_msgs::msg::{self, SystemState};
 use lgvi_propagator::Controls;
-use lgvi_scene::{Scene, Units};
+use lgvi_scene::{Maneuver, Scene, SceneError, Seen, Units};
 use nalgebra::{Matrix3, Vector3};
 
 use super::controls::Track;
@@ -149,7 +149,7 @@ impl FlightData {
         let controls = bag.check(course.controls).collect::<Result<_, _>>()?;
         let tracks = tracks(&scene, &samples, controls);
         Ok(Self {
-            scene,
+            scene: as_flown(scene, &samples).map_err(|error| refuse(error.to_string()))?,
             recorded,
             samples,
             tracks,
@@ -293,6 +293,31 @@ fn sample(
         wheels,
         firings,
     }))
+}
+
+/// The scene, with its maneuver relative to where the other bodies were in the flight.
+fn as_flown(scene: Scene, samples: &[Sample]) -> Result<Scene, SceneError> {
+    let relative = scene.maneuver.as_ref().is_some_and(Maneuver::is_relative);
+    if !relative {
+        return Ok(scene);
+    }
+    let maneuver = scene.maneuver_seen(&seen(&scene.units, samples))?;
+    Ok(Scene { maneuver, ..scene })
+}
+
+/// The recorded states in the scene's units.
+fn seen(units: &Units, samples: &[Sample]) -> Vec<Seen> {
+    let state = |pose: &Pose| BodyState {
+        position: pose.position / units.length,
+        linear_momentum: pose.linear_momentum / units.momentum(),
+        attitude: pose.attitude,
+        angular_momentum: pose.spin / units.angular_momentum(),
+    };
+    let seen = samples.iter().map(|sample| Seen {
+        step: sample.step,
+        states: sample.bodies.iter().map(state).collect(),
+    });
+    seen.collect()
 }
 
 /// A recorded state in the scene's units, which the system's constants are in.

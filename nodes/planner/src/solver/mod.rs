@@ -17,7 +17,9 @@ use lgvi_control::{
     Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
-use lgvi_scene::{Commands, FinalTime, Maneuver, Minimize, Scene, Search, Solver, SolverMethod};
+use lgvi_scene::{
+    Commands, FinalTime, Maneuver, Minimize, Scene, Search, Seen, Solver, SolverMethod,
+};
 use tracing::info;
 
 use self::violated::Violated;
@@ -200,7 +202,11 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         #[cfg(feature = "node")]
         Initial::Forecast(forecast) => {
             let state = forecast.state(scene, maneuver.body, task.first_step);
-            let seen = scene.maneuver_seen(forecast.from.step, &forecast.from.states);
+            let now = Seen {
+                step: forecast.from.step,
+                states: forecast.from.states.clone(),
+            };
+            let seen = scene.maneuver_seen(&[now]);
             let seen = seen.map_err(|error| refused(&error))?;
             let maneuver = seen.map_or(Cow::Borrowed(maneuver), Cow::Owned);
             (state.map_err(|error| refused(&error))?, maneuver)

@@ -152,7 +152,7 @@ pub(super) fn check_combination(
         let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
         return Err(SceneError::value("run.steps", scene.steps, expected));
     }
-    if maneuver.relative.is_some() && maneuver.final_time.is_some() {
+    if maneuver.is_relative() && maneuver.final_time.is_some() {
         let expected = "none beside `relative_to`: the axes are known at the times of the run only";
         return Err(SceneError::value("maneuver.final_time", "given", expected));
     }

@@ -9,53 +9,53 @@ use nalgebra::Vector3;
 
 use crate::axes::{Axes, AxesFile, Motion};
 use crate::file::RelativeFile;
-use crate::{Integration, Scene, SceneError, SceneGravity};
+use crate::{Integration, Scene, SceneError, SceneGravity, Scheme};
 
 /// The most steps of the integrator that predict the motion of a body.
 const MOST_STEPS: u64 = 10_000_000;
+
+/// The states of all bodies at a step of a flight.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Seen {
+    /// Steps made.
+    pub step: u64,
+    /// The states, in the scene's units.
+    pub states: Vec<BodyState>,
+}
 
 /// The predicted axes of a maneuver. Each motion is integrated once.
 pub(super) struct Predictions<'s> {
     scene: &'s Scene,
     /// The planned body.
     planned: usize,
-    /// The step that the motions are predicted from.
-    step: u64,
-    /// The states of all bodies then.
-    states: Cow<'s, [BodyState]>,
+    /// The states that are known, in the order of their steps.
+    seen: Cow<'s, [Seen]>,
     known: Vec<(&'s RelativeFile, Arc<[Axes]>)>,
 }
 
 impl<'s> Predictions<'s> {
     /// Predictions from the start of the scene.
     pub(super) fn new(scene: &'s Scene, planned: usize) -> Self {
+        let states = scene.bodies.iter().map(|named| named.state).collect();
+        let start = Seen { step: 0, states };
+        Self {
+            seen: Cow::Owned(vec![start]),
+            ..Self::from(scene, planned, &[])
+        }
+    }
+
+    /// Predictions from what has been seen of a flight, in the order of the steps.
+    pub(super) fn from(scene: &'s Scene, planned: usize, seen: &'s [Seen]) -> Self {
         Self {
             scene,
             planned,
-            step: 0,
-            states: scene.bodies.iter().map(|named| named.state).collect(),
+            seen: Cow::Borrowed(seen),
             known: Vec::new(),
         }
     }
 
-    /// Predictions from the states of all bodies at a step of the flight.
-    pub(super) fn seen(
-        scene: &'s Scene,
-        planned: usize,
-        step: u64,
-        states: &'s [BodyState],
-    ) -> Self {
-        Self {
-            scene,
-            planned,
-            step,
-            states: states.into(),
-            known: Vec::new(),
-        }
-    }
-
-    /// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step. Before the step
-    /// that they are predicted from, they are those of that step.
+    /// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step. Before the first
+    /// step that has been seen, they are those of that step.
     pub(super) fn axes(
         &mut self,
         key: &str,
@@ -64,70 +64,46 @@ impl<'s> Predictions<'s> {
         if let Some((_, axes)) = self.known.iter().find(|(known, _)| *known == file) {
             return Ok(Arc::clone(axes));
         }
-        let axes: Arc<[Axes]> = self.integrated(key, file)?.into();
+        let flown = Flown::new(self.scene, self.planned, key, file)?;
+        let axes: Arc<[Axes]> = flown.axes(&self.seen)?.into();
         self.known.push((file, Arc::clone(&axes)));
         Ok(axes)
     }
+}
 
-    /// Integrates the motion that axes follow.
-    ///
-    /// The bodies that they belong to are flown as in the run, by the scene's integrator, but without the planned body: it
-    /// does not act on them.
-    fn integrated(&self, key: &str, file: &RelativeFile) -> Result<Vec<Axes>, SceneError> {
-        let &Self {
-            scene,
-            planned,
-            step,
-            ..
-        } = self;
-        let RelativeFile { body, axes, about } = file;
-        let key = |name: &str| format!("{key}.{name}");
-        let other = |name: &str, body: &str| {
-            let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
-            match scene.body_index(body) {
-                Some(index) if index != planned => Ok(index),
-                Some(_) => {
-                    let expected = "a body other than the planned one";
-                    Err(SceneError::value(key(name), body, expected))
-                }
-                None => Err(SceneError::unknown(key(name), body, &names)),
-            }
-        };
-        let mut flown = vec![other("body", body)?];
-        let orbital = matches!(axes, AxesFile::Rtn | AxesFile::Lvlh);
-        match (about, &scene.gravity.central) {
-            (Some(about), _) if orbital => flown.push(other("about", about)?),
-            (Some(about), _) => {
-                let expected = format!("none beside {axes} axes, which have no center");
-                return Err(SceneError::value(key("about"), about, expected));
-            }
-            (None, None) if orbital => {
-                let expected =
-                    "the name of the body in the center, as there is no `gravity.central`";
-                return Err(SceneError::missing(key("about"), expected));
-            }
-            (None, _) => {}
-        }
+/// The bodies that axes belong to, flown as in the run, by the scene's integrator, but without the planned body: it does not
+/// act on them.
+struct Flown<'s> {
+    /// Key of the table that asks for the axes.
+    key: &'s str,
+    file: &'s RelativeFile,
+    /// Indices of the bodies: that at which the axes are, and that in the center of its orbit if it is a body.
+    bodies: Vec<usize>,
+    alone: Scene,
+    scheme: Scheme,
+}
+
+impl<'s> Flown<'s> {
+    fn new(
+        scene: &Scene,
+        planned: usize,
+        key: &'s str,
+        file: &'s RelativeFile,
+    ) -> Result<Self, SceneError> {
+        let bodies = bodies(scene, planned, key, file)?;
+        let each = bodies.iter();
         let alone = Scene {
-            bodies: flown
-                .iter()
-                .map(|index| scene.bodies[*index].clone())
-                .collect(),
+            bodies: each.map(|index| scene.bodies[*index].clone()).collect(),
             gravity: SceneGravity {
                 mutual: None,
                 ..scene.gravity.clone()
             },
             docking: Vec::new(),
+            maneuver: None,
             ..scene.clone()
         };
-        let fixed = scene.gravity.central.as_ref();
-        let fixed = fixed.map_or_else(Vector3::zeros, |central| central.position);
-        let unforeseen = |error: String| {
-            let expected = format!("a body whose motion can be predicted: {error}");
-            SceneError::value(key("body"), body, expected)
-        };
         let Integration::Method(method) = scene.integration else {
-            return Err(unforeseen("the integrator is not chosen".into()));
+            return Err(unforeseen(key, file, "the integrator is not chosen"));
         };
         if scene.steps.saturating_mul(u64::from(scene.substeps)) > MOST_STEPS {
             let expected = format!(
@@ -135,35 +111,106 @@ impl<'s> Predictions<'s> {
             );
             return Err(SceneError::value("run.substeps", scene.substeps, expected));
         }
-        let states = flown.iter().map(|index| self.states[*index]).collect();
-        let scheme = alone.scheme_by(method, scene.substeps);
-        let mut simulation = alone
-            .simulation_from(states, scheme)
-            .map_err(|error| unforeseen(error.to_string()))?;
-        let loads = vec![Load::default(); flown.len()];
-        let mut all = Vec::with_capacity(scene.steps as usize + 1);
-        loop {
-            let motions = alone.bodies.iter().zip(simulation.states());
-            let motions: Vec<_> = motions
-                .map(|(named, state)| Motion::of(&named.body, state))
-                .collect();
-            let center = motions.get(1).copied().unwrap_or(Motion::at(fixed));
-            let now = Axes::of(*axes, &motions[0], &center).ok_or_else(|| {
-                let expected = format!("a body that moves around its center, for {axes} axes");
-                SceneError::value(key("body"), body, expected)
-            })?;
-            if all.is_empty() {
-                all.resize(step as usize, now);
-            }
-            all.push(now);
-            if step + simulation.step() >= scene.steps {
-                return Ok(all);
-            }
-            simulation
-                .advance(&loads)
-                .map_err(|error| unforeseen(alone.step_error(&error)))?;
-        }
+        Ok(Self {
+            key,
+            file,
+            bodies,
+            scheme: alone.scheme_by(method, scene.substeps),
+            alone,
+        })
     }
+
+    /// The axes at the start of the run and at the end of each step: where the bodies have been seen, and from there on where
+    /// they fly.
+    fn axes(&self, seen: &[Seen]) -> Result<Vec<Axes>, SceneError> {
+        let steps = self.alone.steps;
+        let loads = vec![Load::default(); self.bodies.len()];
+        let mut all = Vec::with_capacity(steps as usize + 1);
+        for (index, Seen { step, states }) in seen.iter().enumerate() {
+            let next = seen.get(index + 1).map_or(steps + 1, |next| next.step);
+            let next = next.min(steps + 1);
+            if *step > steps || next <= *step {
+                continue;
+            }
+            let states: Vec<_> = self.bodies.iter().map(|body| states[*body]).collect();
+            let first = self.at(&states)?;
+            all.resize((*step).min(steps) as usize, first);
+            all.push(first);
+            if next == step + 1 {
+                continue;
+            }
+            let unforeseen = |error: String| unforeseen(self.key, self.file, &error);
+            let mut simulation = self
+                .alone
+                .simulation_from(states, self.scheme)
+                .map_err(|error| unforeseen(error.to_string()))?;
+            for _ in step + 1..next {
+                simulation
+                    .advance(&loads)
+                    .map_err(|error| unforeseen(self.alone.step_error(&error)))?;
+                all.push(self.at(simulation.states())?);
+            }
+        }
+        Ok(all)
+    }
+
+    /// The axes in these states of the bodies.
+    fn at(&self, states: &[BodyState]) -> Result<Axes, SceneError> {
+        let RelativeFile { body, axes, .. } = self.file;
+        let motions = self.alone.bodies.iter().zip(states);
+        let mut motions = motions.map(|(named, state)| Motion::of(&named.body, state));
+        let own = motions.next();
+        let central = self.alone.gravity.central.as_ref();
+        let fixed = central.map_or_else(Vector3::zeros, |central| central.position);
+        let center = motions.next().unwrap_or(Motion::at(fixed));
+        own.and_then(|own| Axes::of(*axes, &own, &center))
+            .ok_or_else(|| {
+                let expected = format!("a body that moves around its center, for {axes} axes");
+                SceneError::value(format!("{}.body", self.key), body, expected)
+            })
+    }
+}
+
+fn unforeseen(key: &str, file: &RelativeFile, error: &str) -> SceneError {
+    let expected = format!("a body whose motion can be predicted: {error}");
+    SceneError::value(format!("{key}.body"), &file.body, expected)
+}
+
+/// Indices of the bodies that axes belong to.
+fn bodies(
+    scene: &Scene,
+    planned: usize,
+    key: &str,
+    file: &RelativeFile,
+) -> Result<Vec<usize>, SceneError> {
+    let RelativeFile { body, axes, about } = file;
+    let key = |name: &str| format!("{key}.{name}");
+    let other = |name: &str, body: &str| {
+        let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
+        match scene.body_index(body) {
+            Some(index) if index != planned => Ok(index),
+            Some(_) => {
+                let expected = "a body other than the planned one";
+                Err(SceneError::value(key(name), body, expected))
+            }
+            None => Err(SceneError::unknown(key(name), body, &names)),
+        }
+    };
+    let mut bodies = vec![other("body", body)?];
+    let orbital = matches!(axes, AxesFile::Rtn | AxesFile::Lvlh);
+    match (about, &scene.gravity.central) {
+        (Some(about), _) if orbital => bodies.push(other("about", about)?),
+        (Some(about), _) => {
+            let expected = format!("none beside {axes} axes, which have no center");
+            return Err(SceneError::value(key("about"), about, expected));
+        }
+        (None, None) if orbital => {
+            let expected = "the name of the body in the center, as there is no `gravity.central`";
+            return Err(SceneError::missing(key("about"), expected));
+        }
+        (None, _) => {}
+    }
+    Ok(bodies)
 }
 
 impl From<&Axes> for FramePose {

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lgvi_control::Terminal;
 use lgvi_dynamics::BodyState;
 
-use super::prediction::Predictions;
+use super::prediction::{Predictions, Seen};
 use super::{ConstraintFile, constraints, target};
 use crate::file::{ManeuverFile, TargetFile};
 use crate::{Maneuver, Scene, SceneError};
@@ -33,20 +33,16 @@ impl Relative {
 }
 
 impl Scene {
-    /// Returns the maneuver with its target and constraints where the other bodies will be, predicted from the states of all
-    /// bodies at `step` of a flight, or `None` if it is not relative to other bodies.
+    /// Returns the maneuver with its target and constraints where the other bodies are and will be by what has been `seen` of a
+    /// flight, in the order of the steps, or `None` if it is not relative to other bodies.
     ///
     /// # Errors
     /// Returns an error if the motion of a body cannot be predicted.
-    pub fn maneuver_seen(
-        &self,
-        step: u64,
-        states: &[BodyState],
-    ) -> Result<Option<Maneuver>, SceneError> {
+    pub fn maneuver_seen(&self, seen: &[Seen]) -> Result<Option<Maneuver>, SceneError> {
         let Some((maneuver, relative)) = self.relative() else {
             return Ok(None);
         };
-        let mut predictions = Predictions::seen(self, maneuver.body, step, states);
+        let mut predictions = Predictions::from(self, maneuver.body, seen);
         let target = relative.target(self, maneuver, &mut predictions)?;
         let constraints = constraints::constraints(
             self,
@@ -69,7 +65,11 @@ impl Scene {
         let Some((maneuver, relative)) = self.relative() else {
             return Ok(None);
         };
-        let mut predictions = Predictions::seen(self, maneuver.body, self.steps, states);
+        let seen = [Seen {
+            step: self.steps,
+            states: states.to_vec(),
+        }];
+        let mut predictions = Predictions::from(self, maneuver.body, &seen);
         relative.target(self, maneuver, &mut predictions).map(Some)
     }
 

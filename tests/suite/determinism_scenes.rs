@@ -98,6 +98,7 @@ scenes!(
     slew_keep_out,
     thruster_approach,
     thruster_rendezvous,
+    tumbling_replan,
     tumbling_target,
     two_dumbbells,
     uncertain_flyaround,

@@ -61,6 +61,13 @@ fn every_command_of_the_page_on_minimum_time_runs() {
 }
 
 #[test]
+fn every_command_of_the_page_on_moving_targets_runs() {
+    let world = World::new();
+    let directory = run(&world, "howto/moving_target.md");
+    assert!(directory.join("flights/tumbling/flight.svg").exists());
+}
+
+#[test]
 fn every_command_of_the_page_on_minimum_fuel_runs() {
     let world = World::new();
     let directory = run(&world, "howto/minimum_fuel.md");

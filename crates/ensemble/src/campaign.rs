@@ -9,6 +9,7 @@ use lgvi_scene::{ActuatorErrors, Ensemble, Sample, Scene, Scheme};
 
 use crate::row::Failure;
 use crate::table::{Columns, Ends};
+use crate::violations::{Violation, Watch};
 use crate::{EnsembleError, Guidance, Identity, Row};
 
 /// Values that override those of the scene's ensemble.
@@ -29,6 +30,7 @@ pub struct Campaign<'a> {
     steps: u64,
     flown_by: FlownBy,
     identity: Identity,
+    watch: Option<Watch>,
     columns: Columns,
 }
 
@@ -90,9 +92,11 @@ impl<'a> Campaign<'a> {
             Some(steps) if arrives => steps.min(scene.steps),
             _ => scene.steps,
         };
+        let watch = Watch::of(scene, steps);
         Ok(Self {
             identity: Identity::of(scene, &ensemble, scheme, &guidance, steps),
-            columns: Columns::of(scene, &ensemble),
+            columns: Columns::of(scene, &ensemble, watch.as_ref()),
+            watch,
             scene,
             ensemble,
             scheme,
@@ -166,7 +170,11 @@ impl<'a> Campaign<'a> {
         }
         let outcomes = self.outcomes(&members, width, flown);
         for (((index, sample), member), outcome) in begun.iter().zip(&members).zip(outcomes) {
-            let ends = outcome.map(|outcome| Ends { member, outcome });
+            let ends = outcome.map(|(outcome, violations)| Ends {
+                member,
+                outcome,
+                violations: self.watch.as_ref().zip(violations),
+            });
             rows.push(self.columns.row(self.scene, *index, sample, ends));
         }
         rows.sort_by_key(|row| row.index);
@@ -196,7 +204,7 @@ impl<'a> Campaign<'a> {
         members: &[Member],
         width: Width,
         flown: &dyn Fn(u64),
-    ) -> Vec<Result<Outcome, Failure>> {
+    ) -> Vec<Result<(Outcome, Option<Vec<Violation>>), Failure>> {
         if self.flown_by == FlownBy::Lanes {
             let loads = match &self.guidance {
                 Guidance::OpenLoop(loads) => loads.as_slice(),
@@ -215,7 +223,10 @@ impl<'a> Campaign<'a> {
             };
             let newest = Instructions::Newest;
             if let Ok(outcomes) = lanes::fly_watched(&flight, members, width, newest, flown) {
-                return outcomes.into_iter().map(Ok).collect();
+                return outcomes
+                    .into_iter()
+                    .map(|outcome| Ok((outcome, None)))
+                    .collect();
             }
         }
         // Lanes could not fly all members. Falling back to simulations does not change the numbers of the others.
@@ -223,8 +234,12 @@ impl<'a> Campaign<'a> {
         members.map(|member| self.alone(member, flown)).collect()
     }
 
-    /// Flies one sample by itself.
-    fn alone(&self, member: &Member, flown: &dyn Fn(u64)) -> Result<Outcome, Failure> {
+    /// Flies one sample by itself. Returns its violations, too, if they are watched.
+    fn alone(
+        &self,
+        member: &Member,
+        flown: &dyn Fn(u64),
+    ) -> Result<(Outcome, Option<Vec<Violation>>), Failure> {
         let (bodies, states) = (member.system.bodies().to_vec(), member.states.clone());
         let mut simulation = self.scene.simulation_of(bodies, states, self.scheme)?;
         let actuators = ActuatorErrors {
@@ -232,6 +247,7 @@ impl<'a> Campaign<'a> {
             moment: member.moment,
         };
         let mut loads = vec![Load::default(); member.states.len()];
+        let mut violations = self.watch.as_ref().map(Watch::begin);
         for step in 0..self.steps {
             if let Some(maneuver) = &self.scene.maneuver {
                 let state = &simulation.states()[maneuver.body];
@@ -239,21 +255,26 @@ impl<'a> Campaign<'a> {
                 loads[maneuver.body] = actuators.apply(&load);
             }
             if let Err(error) = simulation.advance(&loads) {
-                return Ok(Outcome {
+                let outcome = Outcome {
                     states: simulation.states().to_vec(),
                     steps: step,
                     failure: Some(error),
-                });
+                };
+                return Ok((outcome, violations));
+            }
+            if let Some((watch, noted)) = self.watch.as_ref().zip(violations.as_mut()) {
+                watch.note(step, simulation.states(), noted);
             }
             if step % BLOCK == BLOCK - 1 {
                 flown(BLOCK);
             }
         }
-        Ok(Outcome {
+        let outcome = Outcome {
             states: simulation.states().to_vec(),
             steps: self.steps,
             failure: None,
-        })
+        };
+        Ok((outcome, violations))
     }
 }
 
@@ -261,6 +282,8 @@ impl<'a> Campaign<'a> {
 fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance, unfit: Option<Unfit>) -> FlownBy {
     let reason = if matches!(guidance, Guidance::Feedback(_)) {
         Some("feedback answers to each sample by itself".into())
+    } else if (scene.maneuver.as_ref()).is_some_and(|maneuver| maneuver.chances.is_some()) {
+        Some("violations of constraints are counted on the way".into())
     } else if !scene.docking.is_empty() {
         Some("bodies dock".into())
     } else if scene.subdivides(scheme) {

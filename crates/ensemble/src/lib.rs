@@ -30,6 +30,7 @@ mod table;
 mod temporary;
 #[cfg(test)]
 mod testing;
+mod violations;
 
 pub use campaign::{Campaign, FlownBy, Settings};
 pub use error::EnsembleError;

@@ -7,6 +7,7 @@ use lgvi_scene::{ActuatorErrors, Deviation, Ensemble, Sample, Scene, Spread, Uni
 use nalgebra::Vector3;
 
 use crate::row::{Failure, Row};
+use crate::violations::{Violation, Watch};
 
 /// The columns of a scene's ensemble.
 pub(crate) struct Columns {
@@ -21,6 +22,8 @@ pub(crate) struct Columns {
 pub(crate) struct Ends<'a> {
     pub(crate) member: &'a Member,
     pub(crate) outcome: Outcome,
+    /// The constraints that are watched, and how they were violated.
+    pub(crate) violations: Option<(&'a Watch, Vec<Violation>)>,
 }
 
 /// Numbers with the names of their columns.
@@ -36,6 +39,10 @@ impl Cells {
         self.numbers.push(number);
     }
 
+    fn extend(&mut self, cells: impl Iterator<Item = (String, f64)>) {
+        cells.for_each(|(name, number)| self.push(name, number));
+    }
+
     fn vector(&mut self, name: &str, v: &Vector3<f64>) {
         for (axis, number) in ["x", "y", "z"].into_iter().zip(v) {
             self.push(format!("{name}.{axis}"), *number);
@@ -44,7 +51,7 @@ impl Cells {
 }
 
 impl Columns {
-    pub(crate) fn of(scene: &Scene, ensemble: &Ensemble) -> Self {
+    pub(crate) fn of(scene: &Scene, ensemble: &Ensemble, watch: Option<&Watch>) -> Self {
         let mut columns = Self {
             names: Vec::new(),
             spreads: ensemble.spreads.clone(),
@@ -63,6 +70,9 @@ impl Columns {
         columns.start(&mut cells, scene, &nominal);
         let system = scene.system();
         finish(&mut cells, scene, [(&system, states.as_slice()); 2]);
+        if let Some(watch) = watch {
+            cells.extend(watch.cells(&watch.begin()));
+        }
         columns.names = cells.names;
         columns
     }
@@ -82,7 +92,11 @@ impl Columns {
         let mut cells = Cells::default();
         self.start(&mut cells, scene, sample);
         let (steps, failure) = match flight {
-            Ok(Ends { member, outcome }) => {
+            Ok(Ends {
+                member,
+                outcome,
+                violations,
+            }) => {
                 let Member { system, states, .. } = member;
                 finish(
                     &mut cells,
@@ -92,6 +106,9 @@ impl Columns {
                         (system, outcome.states.as_slice()),
                     ],
                 );
+                if let Some((watch, noted)) = &violations {
+                    cells.extend(watch.cells(noted));
+                }
                 let failure = outcome.failure;
                 (
                     outcome.steps,

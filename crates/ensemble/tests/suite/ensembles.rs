@@ -639,3 +639,62 @@ fn what_is_no_ensemble_is_refused() {
     let error = of(&scene, Settings::default());
     assert!(matches!(error, EnsembleError::Scheme(_)), "{error}");
 }
+
+const FLYAROUND: &str = include_str!("../../../../scenes/uncertain_flyaround.toml");
+
+/// The columns of violations are those of flights of the samples one by one, by the distance from the station.
+#[test]
+fn violations_of_constraints_with_a_probability_are_counted() {
+    let text = FLYAROUND.replace("confidence = 0.99", "confidence = 0.9");
+    let scene = Scene::parse("flyaround", &text).unwrap();
+    let transfer = scene.transfer().unwrap().unwrap();
+    let settings = lgvi_control::NewtonSettings::default();
+    let start = lgvi_control::Start::Cold;
+    let plan = lgvi_control::solve(&transfer, start, &settings, |_| true).unwrap();
+    let guidance = Guidance::OpenLoop(plan.controls.clone());
+    let campaign = Campaign::new(&scene, Settings::default(), guidance).unwrap();
+    assert!(matches!(campaign.flown_by(), FlownBy::Simulation { .. }));
+    let column = |what: &str| {
+        let name = format!("{what}.0.keep_out_sphere");
+        campaign.columns().iter().position(|one| *one == name)
+    };
+    let columns = ["violation", "violated", "violated_steps"].map(|what| column(what).unwrap());
+    let ensemble = scene.ensemble.as_ref().unwrap();
+    let rows = campaign.fly(0..60, Width::One);
+    let mut violating = 0;
+    for row in &rows {
+        let sample = ensemble.sample(row.index);
+        let (system, states) = sample.system(&scene).unwrap();
+        let (bodies, scheme) = (system.bodies().to_vec(), scene.scheme().unwrap());
+        let mut flight = scene.simulation_of(bodies, states, scheme).unwrap();
+        let (mut least, mut inside) = (f64::INFINITY, 0);
+        for control in &plan.controls {
+            let loads = [Load::default(), sample.actuators.apply(control)];
+            flight.advance(&loads).unwrap();
+            let distance = flight.states()[1].position.norm();
+            least = least.min(distance);
+            inside += u64::from(distance < 30.0);
+        }
+        let [violation, violated, steps] = columns.map(|column| row.numbers[column]);
+        let expected = 1.0 - least / 30.0;
+        assert!(
+            (violation - expected).abs() < 1e-12,
+            "{violation} {expected}"
+        );
+        assert_eq!(steps, inside as f64);
+        assert_eq!(violated, f64::from(u8::from(inside > 0)));
+        violating += u64::from(inside > 0);
+    }
+    // Without the feedback that the plan relies on.
+    assert!((3..57).contains(&violating), "{violating}");
+    let plain = Scene::parse("flyaround", &text.replace("confidence = 0.9\n", "")).unwrap();
+    let guidance = Guidance::OpenLoop(plan.controls);
+    let campaign = Campaign::new(&plain, Settings::default(), guidance).unwrap();
+    assert_eq!(campaign.flown_by(), &FlownBy::Lanes);
+    assert!(
+        campaign
+            .columns()
+            .iter()
+            .all(|name| !name.starts_with("violat"))
+    );
+}

@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 24] = [
+const SHIPPED: [Shipped; 25] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
@@ -52,6 +52,7 @@ const SHIPPED: [Shipped; 24] = [
     scene!("slew_keep_out", Some((0, TURN))),
     scene!("thruster_approach", None),
     scene!("thruster_rendezvous", None),
+    scene!("tumbling_replan", Some((1, PUSH))),
     scene!("tumbling_target", Some((1, PUSH))),
     scene!("two_dumbbells", None),
     scene!("uncertain_flyaround", Some((1, PUSH))),

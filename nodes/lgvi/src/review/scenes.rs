@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 24] = [
+pub const SCENES: [(&str, &str); 25] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -29,6 +29,7 @@ pub const SCENES: [(&str, &str); 24] = [
     shipped!("slew_keep_out"),
     shipped!("thruster_approach"),
     shipped!("thruster_rendezvous"),
+    shipped!("tumbling_replan"),
     shipped!("tumbling_target"),
     shipped!("two_dumbbells"),
     shipped!("uncertain_flyaround"),

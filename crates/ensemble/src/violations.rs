@@ -1,0 +1,123 @@
+//! How often the flights of an ensemble violate the constraints of their maneuver.
+
+use std::sync::Arc;
+
+use lgvi_control::Constraint;
+use lgvi_control::Place;
+use lgvi_control::constraint::StateConstraint;
+use lgvi_control::terminal::FinalPosition;
+use lgvi_dynamics::BodyState;
+use lgvi_scene::{Maneuver, Scene};
+
+/// The constraints on states of a maneuver that hold with a probability.
+pub(crate) struct Watch {
+    /// Index of the maneuvered body.
+    body: usize,
+    constraints: Vec<Watched>,
+}
+
+struct Watched {
+    name: String,
+    constraint: Arc<dyn StateConstraint>,
+    /// The constraint at the end of each step, if it changes with time.
+    moving: Vec<Arc<dyn StateConstraint>>,
+    /// The steps at whose ends it applies.
+    steps: std::ops::RangeInclusive<f64>,
+}
+
+/// How a flight has violated a constraint at the ends of its steps.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Violation {
+    /// The largest violation, negative if there is none: relative to a limit, to the radius of a sphere or the length of a
+    /// corridor, or in radians.
+    largest: f64,
+    /// Number of steps at whose ends it is violated.
+    steps: u64,
+}
+
+impl Violation {
+    const NONE: Self = Self {
+        largest: f64::NEG_INFINITY,
+        steps: 0,
+    };
+}
+
+impl Watch {
+    /// Returns `None` if no constraint of the scene holds with a probability.
+    pub(crate) fn of(scene: &Scene, steps: u64) -> Option<Self> {
+        let maneuver = scene.maneuver.as_ref()?;
+        maneuver.chances?;
+        let constraints = (0..).zip(&maneuver.constraints);
+        let watched = constraints.filter_map(|(index, constraint)| match constraint {
+            Constraint::State(constraint) => {
+                Some(Watched::new(scene, maneuver, steps, index, constraint))
+            }
+            _ => None,
+        });
+        Some(Self {
+            body: maneuver.body,
+            constraints: watched.collect(),
+        })
+    }
+
+    /// Nothing violated yet.
+    pub(crate) fn begin(&self) -> Vec<Violation> {
+        vec![Violation::NONE; self.constraints.len()]
+    }
+
+    /// Notes the states at the end of step `step`, counted from 0.
+    pub(crate) fn note(&self, step: u64, states: &[BodyState], noted: &mut [Violation]) {
+        let state = &states[self.body];
+        for (watched, violation) in self.constraints.iter().zip(noted) {
+            if !watched.steps.contains(&((step + 1) as f64)) {
+                continue;
+            }
+            let constraint = watched.moving.get(step as usize);
+            let constraint = constraint.unwrap_or(&watched.constraint);
+            let amount = constraint.excess(constraint.value(state));
+            violation.largest = violation.largest.max(amount);
+            violation.steps += u64::from(amount > 0.0);
+        }
+    }
+
+    /// The numbers of a flight with the names of their columns.
+    pub(crate) fn cells<'w>(
+        &'w self,
+        noted: &'w [Violation],
+    ) -> impl Iterator<Item = (String, f64)> + 'w {
+        let each = self.constraints.iter().zip(noted);
+        each.flat_map(|(Watched { name, .. }, violation)| {
+            let violated = f64::from(u8::from(violation.steps > 0));
+            [
+                (format!("violation.{name}"), violation.largest),
+                (format!("violated.{name}"), violated),
+                (format!("violated_steps.{name}"), violation.steps as f64),
+            ]
+        })
+    }
+}
+
+impl Watched {
+    fn new(
+        scene: &Scene,
+        maneuver: &Maneuver,
+        steps: u64,
+        index: usize,
+        constraint: &Arc<dyn StateConstraint>,
+    ) -> Self {
+        let start = scene.bodies[maneuver.body].state.position;
+        let end = maneuver.target.condition(Place::Position);
+        let end = end.and_then(|end| end.downcast_ref::<FinalPosition>());
+        let constraint = constraint
+            .between(&start, end.map(FinalPosition::position).as_ref())
+            .unwrap_or_else(|| constraint.clone());
+        let ends = (1..=steps).map_while(|end| constraint.at(scene.h() * end as f64));
+        let applies = constraint.applies();
+        Self {
+            name: format!("{index}.{}", constraint.name()),
+            moving: ends.collect(),
+            steps: applies.start() * steps as f64..=applies.end() * steps as f64,
+            constraint,
+        }
+    }
+}

@@ -16,8 +16,9 @@ const COLOR: RGBColor = RGBColor(0, 114, 178);
 const GRID: RGBColor = RGBColor(225, 225, 225);
 
 /// Parts of column names in order of relevance. Only columns that vary are drawn.
-const TELLING: [&str; 4] = [
+const TELLING: [&str; 5] = [
     "miss.",
+    "violation.",
     "change.",
     ".final.position.",
     ".final.angular_velocity.",

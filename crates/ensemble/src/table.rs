@@ -4,7 +4,7 @@ use lgvi_dynamics::lanes::{Member, Outcome};
 use lgvi_dynamics::{BodyState, Invariants, System};
 use lgvi_lie::to_quaternion;
 use lgvi_scene::{ActuatorErrors, Deviation, Ensemble, Sample, Scene, Spread, Units};
-use nalgebra::Vector3;
+use nalgebra::{SVector, Vector3};
 
 use crate::row::{Failure, Row};
 use crate::violations::{Violation, Watch};
@@ -202,10 +202,9 @@ fn finish(cells: &mut Cells, scene: &Scene, ends: [(&System, &[BodyState]); 2]) 
         );
     }
     changes(cells, ends);
-    if let Some(maneuver) = &scene.maneuver
-        && let Some(miss) =
-            scene.miss_among(last, &system.bodies()[maneuver.body], &last[maneuver.body])
-    {
+    if let Some(maneuver) = &scene.maneuver {
+        let miss = scene.miss_among(system.bodies(), last, &last[maneuver.body]);
+        let miss = miss.unwrap_or(SVector::repeat(f64::NAN));
         let units = &scene.units;
         for (row, (name, unit)) in [
             ("position", length),

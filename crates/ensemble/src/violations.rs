@@ -1,5 +1,6 @@
 //! How often the flights of an ensemble violate the constraints of their maneuver.
 
+use std::ops::RangeInclusive;
 use std::sync::Arc;
 
 use lgvi_control::Constraint;
@@ -13,16 +14,21 @@ use lgvi_scene::{Maneuver, Scene};
 pub(crate) struct Watch {
     /// Index of the maneuvered body.
     body: usize,
+    /// Number of steps of a flight.
+    steps: u64,
     constraints: Vec<Watched>,
 }
+
+/// The violation up to which a plan satisfies a constraint.
+const ROUNDING: f64 = 1e-9;
 
 struct Watched {
     name: String,
     constraint: Arc<dyn StateConstraint>,
     /// The constraint at the end of each step, if it changes with time.
     moving: Vec<Arc<dyn StateConstraint>>,
-    /// The steps at whose ends it applies.
-    steps: std::ops::RangeInclusive<f64>,
+    /// The part of the flight in which it applies.
+    applies: RangeInclusive<f64>,
 }
 
 /// How a flight has violated a constraint at the ends of its steps.
@@ -33,12 +39,15 @@ pub(crate) struct Violation {
     largest: f64,
     /// Number of steps at whose ends it is violated.
     steps: u64,
+    /// The first and the last of these steps, counted from 1; 0 if there are none.
+    span: [u64; 2],
 }
 
 impl Violation {
     const NONE: Self = Self {
-        largest: f64::NEG_INFINITY,
+        largest: f64::NAN,
         steps: 0,
+        span: [0; 2],
     };
 }
 
@@ -56,6 +65,7 @@ impl Watch {
         });
         Some(Self {
             body: maneuver.body,
+            steps,
             constraints: watched.collect(),
         })
     }
@@ -69,14 +79,19 @@ impl Watch {
     pub(crate) fn note(&self, step: u64, states: &[BodyState], noted: &mut [Violation]) {
         let state = &states[self.body];
         for (watched, violation) in self.constraints.iter().zip(noted) {
-            if !watched.steps.contains(&((step + 1) as f64)) {
+            let end = step + 1;
+            if !watched.applies.contains(&(end as f64 / self.steps as f64)) {
                 continue;
             }
             let constraint = watched.moving.get(step as usize);
             let constraint = constraint.unwrap_or(&watched.constraint);
             let amount = constraint.excess(constraint.value(state));
             violation.largest = violation.largest.max(amount);
-            violation.steps += u64::from(amount > 0.0);
+            if amount > ROUNDING {
+                violation.steps += 1;
+                let [first, _] = violation.span;
+                violation.span = [if first == 0 { end } else { first }, end];
+            }
         }
     }
 
@@ -92,6 +107,8 @@ impl Watch {
                 (format!("violation.{name}"), violation.largest),
                 (format!("violated.{name}"), violated),
                 (format!("violated_steps.{name}"), violation.steps as f64),
+                (format!("violated_first.{name}"), violation.span[0] as f64),
+                (format!("violated_last.{name}"), violation.span[1] as f64),
             ]
         })
     }
@@ -112,11 +129,10 @@ impl Watched {
             .between(&start, end.map(FinalPosition::position).as_ref())
             .unwrap_or_else(|| constraint.clone());
         let ends = (1..=steps).map_while(|end| constraint.at(scene.h() * end as f64));
-        let applies = constraint.applies();
         Self {
             name: format!("{index}.{}", constraint.name()),
             moving: ends.collect(),
-            steps: applies.start() * steps as f64..=applies.end() * steps as f64,
+            applies: constraint.applies(),
             constraint,
         }
     }

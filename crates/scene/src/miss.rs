@@ -17,19 +17,21 @@ impl Scene {
         self.miss_of(&maneuver.target, nominal, end)
     }
 
-    /// Returns [`Scene::miss`] at the end of a flight with these states of all bodies, of a body that replaces the planned one.
+    /// Returns [`Scene::miss`] at the end of a flight, of the planned one among `bodies`, which may replace those of the scene,
+    /// beside the others in their `states`.
     ///
     /// A target relative to another body is where that body is; there is none if that is nowhere, such as in orbital axes of a
     /// body at the center. Momenta are compared with those that the replacement would have at the target's velocities.
     pub fn miss_among(
         &self,
+        bodies: &[RigidBody],
         states: &[BodyState],
-        body: &RigidBody,
         end: &BodyState,
     ) -> Option<SVector<f64, 12>> {
         let maneuver = self.maneuver.as_ref()?;
-        let seen = self.target_seen(states).ok()?;
-        self.miss_of(seen.as_ref().unwrap_or(&maneuver.target), body, end)
+        let relative = self.target_among(bodies, states).ok()?;
+        let target = relative.as_ref().unwrap_or(&maneuver.target);
+        self.miss_of(target, &bodies[maneuver.body], end)
     }
 
     fn miss_of(

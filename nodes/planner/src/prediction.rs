@@ -186,7 +186,7 @@ mod tests {
             flight.advance().unwrap();
         }
         let states = flight.states();
-        let miss = scene.miss_among(states, &scene.bodies[body].body, &states[body]);
+        let miss = scene.miss_among(scene.system().bodies(), states, &states[body]);
         miss.unwrap().norm()
     }
 

@@ -401,6 +401,12 @@ fn confidences_that_cannot_be_kept_are_refused_with_their_key() {
         let refused = changed("uncertain_flyaround", line, instead).expect_err(instead);
         assert!(refused.contains(expected), "{instead}: {refused}");
     }
+    let replan = "replan = { every = 18, deadline = 4.0 }";
+    let refused = changed("tumbling_replan", replan, "confidence = 0.9").expect_err("deviates");
+    assert!(
+        refused.contains("that `disturbance` leaves alone"),
+        "{refused}"
+    );
     let refused = changed(
         "docking_corridor",
         "[maneuver]",

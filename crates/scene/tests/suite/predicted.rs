@@ -188,16 +188,18 @@ fn a_maneuver_seen_in_flight_is_that_of_the_flown_bodies() {
             assert!((pose.origin - states[1].position).norm() < 1e-13, "{step}");
         }
         // Arrived where the body itself is: the target of the flown body, not the expected one.
-        let craft = &scene.bodies[0].body;
-        let miss = scene.miss_among(&states[50], craft, &found).unwrap().norm();
+        let system = scene.system();
+        let miss = scene.miss_among(system.bodies(), &states[50], &found);
+        let miss = miss.unwrap().norm();
         assert!(miss < 1e-13, "{miss}");
         assert!(scene.miss(&found).unwrap().norm() > 1e-3);
     }
     let alone = parse(&text("", "position = [3, 1, 0]\n"));
     assert_eq!(alone.maneuver_seen(&[]), Ok(None));
     let end = alone.initial_states();
-    let craft = &alone.bodies[0].body;
-    assert_eq!(alone.miss_among(&end, craft, &end[0]), alone.miss(&end[0]));
+    let system = alone.system();
+    let miss = alone.miss_among(system.bodies(), &end, &end[0]);
+    assert_eq!(miss, alone.miss(&end[0]));
 }
 
 #[test]

@@ -202,6 +202,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         #[cfg(feature = "node")]
         Initial::Forecast(forecast) => {
             let state = forecast.state(scene, maneuver.body, task.first_step);
+            let state = state.map_err(|error| refused(&error))?;
             let now = Seen {
                 step: forecast.from.step,
                 states: forecast.from.states.clone(),
@@ -209,7 +210,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
             let seen = scene.maneuver_seen(&[now]);
             let seen = seen.map_err(|error| refused(&error))?;
             let maneuver = seen.map_or(Cow::Borrowed(maneuver), Cow::Owned);
-            (state.map_err(|error| refused(&error))?, maneuver)
+            (state, maneuver)
         }
     };
     let problem = Problem {

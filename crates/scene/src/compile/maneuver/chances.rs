@@ -1,7 +1,7 @@
 use lgvi_control::{Chances, Uncertainty};
 
 use crate::file::ManeuverFile;
-use crate::{Commands, Disturbance, Ensemble, Maneuver, Scene, SceneError, Spread};
+use crate::{Commands, Disturbance, Ensemble, Maneuver, Scene, SceneError, Spread, StateDeviation};
 
 const KEY: &str = "maneuver.confidence";
 
@@ -31,7 +31,10 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
         }
         (None, Some(disturbance)) => {
             let others = &disturbance.others;
-            let deviates = |body| others.iter().any(|(other, _)| *other == body);
+            let deviates = |body| {
+                let mut others = others.iter();
+                others.any(|(other, by)| *other == body && *by != StateDeviation::default())
+            };
             check_relative(scene, file, "disturbance", deviates)?;
             of_disturbance(disturbance, maneuver.feedback)
         }
@@ -72,12 +75,13 @@ fn check_relative(
     table: &str,
     deviates: impl Fn(usize) -> bool,
 ) -> Result<(), SceneError> {
-    let mut relative = file.constraints.iter().filter_map(|one| one.relative_to());
-    match relative.find(|relative| scene.body_index(&relative.body).is_some_and(&deviates)) {
+    let relative = file.constraints.iter().filter_map(|one| one.relative_to());
+    let mut names = relative.flat_map(|relative| relative.about.iter().chain([&relative.body]));
+    match names.find(|name| scene.body_index(name).is_some_and(&deviates)) {
         None => Ok(()),
-        Some(relative) => {
+        Some(name) => {
             let expected = format!("constraints relative to bodies that `{table}` leaves alone");
-            Err(SceneError::value(KEY, &relative.body, expected))
+            Err(SceneError::value(KEY, name, expected))
         }
     }
 }

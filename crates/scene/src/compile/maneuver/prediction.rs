@@ -4,7 +4,7 @@ use std::borrow::Cow;
 use std::sync::Arc;
 
 use lgvi_control::constraint::FramePose;
-use lgvi_dynamics::{BodyState, Load};
+use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::Vector3;
 
 use crate::axes::{Axes, AxesFile, Motion};
@@ -28,34 +28,52 @@ pub(super) struct Predictions<'s> {
     scene: &'s Scene,
     /// The planned body.
     planned: usize,
-    /// The states that are known, in the order of their steps.
-    seen: Cow<'s, [Seen]>,
+    states: Known<'s>,
     known: Vec<(&'s RelativeFile, Arc<[Axes]>)>,
+}
+
+/// What is known of the bodies' states.
+enum Known<'s> {
+    /// The states at some steps, in the order of these.
+    Seen(Cow<'s, [Seen]>),
+    /// The states at the end of the run, of bodies that may replace those of the scene.
+    End(&'s [RigidBody], &'s [BodyState]),
 }
 
 impl<'s> Predictions<'s> {
     /// Predictions from the start of the scene.
     pub(super) fn new(scene: &'s Scene, planned: usize) -> Self {
         let states = scene.bodies.iter().map(|named| named.state).collect();
-        let start = Seen { step: 0, states };
-        Self {
-            seen: Cow::Owned(vec![start]),
-            ..Self::from(scene, planned, &[])
-        }
+        let start = vec![Seen { step: 0, states }];
+        Self::of(scene, planned, Known::Seen(start.into()))
     }
 
     /// Predictions from what has been seen of a flight, in the order of the steps.
-    pub(super) fn from(scene: &'s Scene, planned: usize, seen: &'s [Seen]) -> Self {
+    pub(super) fn in_flight(scene: &'s Scene, planned: usize, seen: &'s [Seen]) -> Self {
+        Self::of(scene, planned, Known::Seen(seen.into()))
+    }
+
+    /// The axes at the end of the run alone, in these states of all bodies.
+    pub(super) fn at_end(
+        scene: &'s Scene,
+        planned: usize,
+        bodies: &'s [RigidBody],
+        states: &'s [BodyState],
+    ) -> Self {
+        Self::of(scene, planned, Known::End(bodies, states))
+    }
+
+    fn of(scene: &'s Scene, planned: usize, states: Known<'s>) -> Self {
         Self {
             scene,
             planned,
-            seen: Cow::Borrowed(seen),
+            states,
             known: Vec::new(),
         }
     }
 
-    /// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step. Before the first
-    /// step that has been seen, they are those of that step.
+    /// Returns the axes that the table at `key` asks for, at the start of the run and at the end of each step, or at its end
+    /// alone. Before the first step that has been seen, they are those of that step.
     pub(super) fn axes(
         &mut self,
         key: &str,
@@ -64,8 +82,18 @@ impl<'s> Predictions<'s> {
         if let Some((_, axes)) = self.known.iter().find(|(known, _)| *known == file) {
             return Ok(Arc::clone(axes));
         }
-        let flown = Flown::new(self.scene, self.planned, key, file)?;
-        let axes: Arc<[Axes]> = flown.axes(&self.seen)?.into();
+        let axes: Arc<[Axes]> = match &self.states {
+            Known::Seen(seen) => {
+                let flown = Flown::new(self.scene, self.planned, key, file)?;
+                flown.axes(seen)?.into()
+            }
+            Known::End(rigid, states) => {
+                let indices = bodies(self.scene, self.planned, key, file)?;
+                let motion = |index: usize| Motion::of(&rigid[index], &states[index]);
+                let motions = indices.into_iter().map(motion);
+                [axes_of(self.scene, key, file, motions)?].into()
+            }
+        };
         self.known.push((file, Arc::clone(&axes)));
         Ok(axes)
     }
@@ -134,20 +162,20 @@ impl<'s> Flown<'s> {
             }
             let states: Vec<_> = self.bodies.iter().map(|body| states[*body]).collect();
             let first = self.at(&states)?;
-            all.resize((*step).min(steps) as usize, first);
+            all.resize(*step as usize, first);
             all.push(first);
             if next == step + 1 {
                 continue;
             }
-            let unforeseen = |error: String| unforeseen(self.key, self.file, &error);
+            let refuse = |error: String| unforeseen(self.key, self.file, &error);
             let mut simulation = self
                 .alone
                 .simulation_from(states, self.scheme)
-                .map_err(|error| unforeseen(error.to_string()))?;
+                .map_err(|error| refuse(error.to_string()))?;
             for _ in step + 1..next {
                 simulation
                     .advance(&loads)
-                    .map_err(|error| unforeseen(self.alone.step_error(&error)))?;
+                    .map_err(|error| refuse(self.alone.step_error(&error)))?;
                 all.push(self.at(simulation.states())?);
             }
         }
@@ -156,19 +184,29 @@ impl<'s> Flown<'s> {
 
     /// The axes in these states of the bodies.
     fn at(&self, states: &[BodyState]) -> Result<Axes, SceneError> {
-        let RelativeFile { body, axes, .. } = self.file;
         let motions = self.alone.bodies.iter().zip(states);
-        let mut motions = motions.map(|(named, state)| Motion::of(&named.body, state));
-        let own = motions.next();
-        let central = self.alone.gravity.central.as_ref();
-        let fixed = central.map_or_else(Vector3::zeros, |central| central.position);
-        let center = motions.next().unwrap_or(Motion::at(fixed));
-        own.and_then(|own| Axes::of(*axes, &own, &center))
-            .ok_or_else(|| {
-                let expected = format!("a body that moves around its center, for {axes} axes");
-                SceneError::value(format!("{}.body", self.key), body, expected)
-            })
+        let motions = motions.map(|(named, state)| Motion::of(&named.body, state));
+        axes_of(&self.alone, self.key, self.file, motions)
     }
+}
+
+/// The axes of the first of these motions, about the second, if there is one, or the center of the field.
+fn axes_of(
+    scene: &Scene,
+    key: &str,
+    file: &RelativeFile,
+    mut motions: impl Iterator<Item = Motion>,
+) -> Result<Axes, SceneError> {
+    let RelativeFile { body, axes, .. } = file;
+    let own = motions.next();
+    let central = scene.gravity.central.as_ref();
+    let fixed = central.map_or_else(Vector3::zeros, |central| central.position);
+    let center = motions.next().unwrap_or(Motion::at(fixed));
+    own.and_then(|own| Axes::of(*axes, &own, &center))
+        .ok_or_else(|| {
+            let expected = format!("a body that moves around its center, for {axes} axes");
+            SceneError::value(format!("{key}.body"), body, expected)
+        })
 }
 
 fn unforeseen(key: &str, file: &RelativeFile, error: &str) -> SceneError {

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use lgvi_control::Terminal;
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::{BodyState, RigidBody};
 
 use super::prediction::{Predictions, Seen};
 use super::{ConstraintFile, constraints, target};
@@ -42,7 +42,7 @@ impl Scene {
         let Some((maneuver, relative)) = self.relative() else {
             return Ok(None);
         };
-        let mut predictions = Predictions::from(self, maneuver.body, seen);
+        let mut predictions = Predictions::in_flight(self, maneuver.body, seen);
         let target = relative.target(self, maneuver, &mut predictions)?;
         let constraints = constraints::constraints(
             self,
@@ -59,17 +59,17 @@ impl Scene {
         }))
     }
 
-    /// Returns the maneuver's target where the other bodies are in `states`, at the end of a flight, or `None` if it is not
-    /// relative to other bodies.
-    pub(crate) fn target_seen(&self, states: &[BodyState]) -> Result<Option<Terminal>, SceneError> {
+    /// Returns the maneuver's target beside these bodies in their states at the end of a flight, or `None` if it is not relative
+    /// to other bodies.
+    pub(crate) fn target_among(
+        &self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+    ) -> Result<Option<Terminal>, SceneError> {
         let Some((maneuver, relative)) = self.relative() else {
             return Ok(None);
         };
-        let seen = [Seen {
-            step: self.steps,
-            states: states.to_vec(),
-        }];
-        let mut predictions = Predictions::from(self, maneuver.body, &seen);
+        let mut predictions = Predictions::at_end(self, maneuver.body, bodies, states);
         relative.target(self, maneuver, &mut predictions).map(Some)
     }
 

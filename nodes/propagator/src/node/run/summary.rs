@@ -36,8 +36,8 @@ impl Propagator {
         let body = self.scene.maneuver.as_ref()?.body;
         let states = self.flight.states();
         let end = self.arrival.unwrap_or(states[body]);
-        let nominal = &self.scene.bodies[body].body;
-        let miss = self.scene.miss_among(states, nominal, &end)?;
+        let bodies = self.flight.system().bodies();
+        let miss = self.scene.miss_among(bodies, states, &end)?;
         let part = |which: usize| miss.fixed_rows::<3>(3 * which).norm();
         let units = &self.scene.units;
         Some(Miss {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{
-    Actuation, ActuationError, Chances, Constraint, Dynamics, InequalitySet, Motion,
+    Actuation, ActuationError, ByStep, Chances, Constraint, Dynamics, InequalitySet, Motion,
     ParameterError, Terminal, TerminalSet,
 };
 
@@ -36,6 +36,8 @@ pub struct Transfer {
     /// Of a transfer by reaction wheels as it is solved: the positions of the body at `0 … N`, in the transfer's unit of length. The
     /// momentum of the wheels is then in the place of the linear momentum, and the commands act on both.
     pub(crate) orbit: Option<Arc<[Vector3<f64>]>>,
+    /// Of a transfer by thrusters that use propellant as it is solved: what changes with the mass.
+    pub(crate) by_step: Option<Arc<ByStep>>,
     /// Rounding error of `[δx, δγ, ζ, δΠ]` at the end, or zero if it is not known.
     pub(crate) rounding: Vector12,
 }
@@ -184,6 +186,7 @@ impl Transfer {
             inequalities: InequalitySet::default(),
             chances: None,
             orbit: None,
+            by_step: None,
             rounding: Vector12::zeros(),
         })
     }

@@ -89,6 +89,29 @@ pub enum TransferError {
         /// The momenta.
         momenta: Vec<f64>,
     },
+    /// There are not as many commands as thrusters that use propellant.
+    #[error(
+        "the body has {thrusters} thrusters and the actuation commands {commands} of them, expected all: they use propellant"
+    )]
+    Thrusters {
+        /// Number of thrusters of the body.
+        thrusters: usize,
+        /// Number of commands.
+        commands: usize,
+    },
+    /// The propellant has an inertia that is not in proportion to its mass.
+    #[error(
+        "the propellant has an inertia of its own, expected none: plans let the body's inertia be in proportion to its mass"
+    )]
+    PropellantInertia,
+    /// The propellant that is left is more than all of it, or negative.
+    #[error("the propellant that is left is {left}, expected a number from 0 to {most}")]
+    Propellant {
+        /// Mass of the propellant that is left.
+        left: f64,
+        /// Mass of all propellant.
+        most: f64,
+    },
     /// The body is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
@@ -166,6 +189,18 @@ impl Transfer {
             }
             if wheels.have_friction() {
                 return Err(TransferError::WheelFriction);
+            }
+        }
+        if let Some(all) = body.thrusters()
+            && actuation.is_fixed_to_body()
+            && all.thrusters().iter().any(|one| one.exhaust_velocity.is_finite())
+        {
+            let (thrusters, commands) = (all.thrusters().len(), actuation.commands());
+            if thrusters != commands {
+                return Err(TransferError::Thrusters { thrusters, commands });
+            }
+            if all.propellant().inertia.is_some() {
+                return Err(TransferError::PropellantInertia);
             }
         }
         if !initial.is_finite() {

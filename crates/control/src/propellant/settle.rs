@@ -1,0 +1,44 @@
+//! The masses and costs that belong to their own plan, by Anderson's acceleration of a fixed point.
+
+use nalgebra::{DMatrix, DVector};
+
+/// Part of the way to the result of an iteration that is gone where nothing is known of others.
+const PART: f64 = 0.6;
+/// Largest number of earlier iterations that count.
+const DEPTH: usize = 5;
+/// Relative size of singular values that count.
+const RANK: f64 = 1e-8;
+
+/// An iteration `x ← T(x)`, accelerated by the differences of the last results (D. G. Anderson, *Iterative procedures for
+/// nonlinear integral equations*, J. ACM 12, 1965).
+#[derive(Default)]
+pub(super) struct Settling {
+    /// `x` and `T(x) − x`, the last one last.
+    known: Vec<[DVector<f64>; 2]>,
+}
+
+impl Settling {
+    /// The next `x` from the present one and its result.
+    pub(super) fn next(&mut self, x: &DVector<f64>, result: &DVector<f64>) -> DVector<f64> {
+        let residual = result - x;
+        if self.known.len() > DEPTH {
+            self.known.remove(0);
+        }
+        let [mut next, mut rest] = [x.clone(), residual.clone()];
+        if !self.known.is_empty() {
+            let columns = |which: usize, now: &DVector<f64>| {
+                let all: Vec<_> = self.known.iter().map(|known| now - &known[which]).collect();
+                DMatrix::from_columns(&all)
+            };
+            let [moves, changes] = [columns(0, x), columns(1, &residual)];
+            let values = changes.clone().svd(true, true);
+            let least = RANK * values.singular_values.max();
+            if let Ok(factors) = values.solve(&residual, least) {
+                next -= moves * &factors;
+                rest -= changes * factors;
+            }
+        }
+        self.known.push([x.clone(), residual]);
+        next + PART * rest
+    }
+}

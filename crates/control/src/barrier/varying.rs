@@ -23,7 +23,9 @@ impl<const U: usize> Varying<U> {
         let costs = by_step.costs.iter();
         Self {
             shares: by_step.limits.iter().map(|limit| limit.recip()).collect(),
-            costs: costs.map(|cost| transfer.h * selection.tr_mul(cost)).collect(),
+            costs: costs
+                .map(|cost| transfer.h * selection.tr_mul(cost))
+                .collect(),
         }
     }
 

@@ -45,7 +45,11 @@ impl ByStep {
             loads: all
                 .map(|steps| {
                     let loads = &self.loads[steps];
-                    let sum = loads.iter().flatten().copied().fold(Load::default(), |a, b| a + b);
+                    let sum = loads
+                        .iter()
+                        .flatten()
+                        .copied()
+                        .fold(Load::default(), |a, b| a + b);
                     [scaled(&sum, 0.5 / loads.len() as f64, 0.5 / loads.len() as f64); 2]
                 })
                 .collect(),
@@ -56,7 +60,11 @@ impl ByStep {
     pub(crate) fn scaled(&self, costs: &Command, [force, moment]: [f64; 2]) -> Self {
         Self {
             limits: self.limits.clone(),
-            costs: self.costs.iter().map(|cost| cost.component_mul(costs)).collect(),
+            costs: self
+                .costs
+                .iter()
+                .map(|cost| cost.component_mul(costs))
+                .collect(),
             loads: self
                 .loads
                 .iter()

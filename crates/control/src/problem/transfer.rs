@@ -193,11 +193,17 @@ impl Transfer {
         }
         if let Some(all) = body.thrusters()
             && actuation.is_fixed_to_body()
-            && all.thrusters().iter().any(|one| one.exhaust_velocity.is_finite())
+            && all
+                .thrusters()
+                .iter()
+                .any(|one| one.exhaust_velocity.is_finite())
         {
             let (thrusters, commands) = (all.thrusters().len(), actuation.commands());
             if thrusters != commands {
-                return Err(TransferError::Thrusters { thrusters, commands });
+                return Err(TransferError::Thrusters {
+                    thrusters,
+                    commands,
+                });
             }
             if all.propellant().inertia.is_some() {
                 return Err(TransferError::PropellantInertia);

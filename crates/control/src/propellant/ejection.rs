@@ -20,11 +20,18 @@ pub(super) fn loads(
     let at = |k: usize, state: &BodyState, [before, after]: [f64; 2], begins: bool| {
         Outflow::of(transfer, &flows.component_mul(&forces[k])).map_or_else(Load::default, |out| {
             // Momenta of the scaled motion are those of the full body.
-            let rate = inertia.try_inverse().map_or_else(Vector3::zeros, |inverse| {
-                inverse * state.angular_momentum / full
-            });
+            let rate = inertia
+                .try_inverse()
+                .map_or_else(Vector3::zeros, |inverse| {
+                    inverse * state.angular_momentum / full
+                });
             let dt = 0.5 * transfer.h;
-            let rates = out.rates(&rate, [before, after].map(|mass| mass * inertia), dt, begins);
+            let rates = out.rates(
+                &rate,
+                [before, after].map(|mass| mass * inertia),
+                dt,
+                begins,
+            );
             let coriolis = (rates[0] + rates[1]).cross(&out.lever) / (0.5 * (before + after));
             Load {
                 force: -full * (state.attitude * coriolis),
@@ -63,7 +70,8 @@ impl Outflow {
         for (flow, thruster) in flows.iter().zip(thrusters) {
             let r = &thruster.position;
             sum.lever += *flow * r;
-            sum.damping += *flow * (Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose());
+            sum.damping +=
+                *flow * (Matrix3::from_diagonal_element(r.norm_squared()) - r * r.transpose());
         }
         (flows.amax() > 0.0).then_some(sum)
     }

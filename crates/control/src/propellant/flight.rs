@@ -27,11 +27,15 @@ pub(super) fn fly(transfer: &Transfer, forces: &[Command]) -> Result<Vec<BodySta
         delay: 0.0,
         ..*thruster
     };
-    let prompt = thrusters.thrusters().iter().enumerate().map(prompt).collect();
+    let prompt = thrusters
+        .thrusters()
+        .iter()
+        .enumerate()
+        .map(prompt)
+        .collect();
     let mut body = transfer.body.clone();
     body.set_propellant(thrusters.propellant().mass);
-    let prompt = Thrusters::new(prompt, *thrusters.propellant())
-        .map_err(|_| unflown(0))?;
+    let prompt = Thrusters::new(prompt, *thrusters.propellant()).map_err(|_| unflown(0))?;
     let mut body = body.with_thrusters(prompt).map_err(|_| unflown(0))?;
     body.set_propellant(left);
     let gravity = Pull(Arc::clone(&transfer.field));

@@ -29,46 +29,39 @@ pub(super) fn flows(transfer: &Transfer) -> Command {
 impl Masses {
     /// The masses from that of the transfer's body on. `full` is the mass with all propellant.
     pub(super) fn new(transfer: &Transfer, full: f64, commands: &[Command]) -> Self {
-        let flows = flows(transfer);
-        let mut mass = transfer.body.mass();
-        let mut masses = Self::with_capacity(mass, commands.len());
-        for command in commands {
-            let part = transfer.h * flows.dot(&open(command)) / full;
-            let middle = mass / (1.0 + 0.5 * part);
-            mass = middle * (1.0 - 0.5 * part);
-            masses.push(part, middle, mass);
-        }
-        masses
+        let flows = flows(transfer) * (transfer.h / full);
+        let parts = commands.iter().map(|command| flows.dot(&open(command)));
+        Self::of_parts(transfer.body.mass(), parts.collect())
     }
 
     /// The masses under the forces of the thrusters themselves.
     pub(super) fn under(transfer: &Transfer, forces: &[Command]) -> Self {
         let flows = flows(transfer);
         let mut mass = transfer.body.mass();
-        let mut masses = Self::with_capacity(mass, forces.len());
-        for force in forces {
+        let part = |force: &Command| {
             let used = transfer.h * flows.dot(force);
-            let middle = mass - 0.5 * used;
+            let part = used / (mass - 0.5 * used);
             mass -= used;
-            masses.push(used / middle, middle, mass);
-        }
-        masses
-    }
-
-    fn with_capacity(mass: f64, steps: usize) -> Self {
-        let mut masses = Self {
-            ends: Vec::with_capacity(steps + 1),
-            middles: Vec::with_capacity(steps),
-            parts: Vec::with_capacity(steps),
+            part
         };
-        masses.ends.push(mass);
-        masses
+        let parts = forces.iter().map(part).collect();
+        Self::of_parts(transfer.body.mass(), parts)
     }
 
-    fn push(&mut self, part: f64, middle: f64, end: f64) {
-        self.parts.push(part);
-        self.middles.push(middle);
-        self.ends.push(end);
+    fn of_parts(mut mass: f64, parts: Vec<f64>) -> Self {
+        let mut ends = vec![mass];
+        let mut middles = Vec::with_capacity(parts.len());
+        for part in &parts {
+            let middle = mass / (1.0 + 0.5 * part);
+            mass = middle * (1.0 - 0.5 * part);
+            middles.push(middle);
+            ends.push(mass);
+        }
+        Self {
+            ends,
+            middles,
+            parts,
+        }
     }
 
     /// The mass that flows out.
@@ -101,4 +94,67 @@ impl Masses {
 /// Forces of thrusters, which a solver may leave below 0 by its tolerance.
 pub(super) fn open(command: &Command) -> Command {
     command.map(|force| force.max(0.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The derivatives of `Σ y (w/ℓ − 1)` through the masses alone, by differences. The flow per command is 0.3.
+    #[test]
+    fn costs_are_derivatives_through_the_masses() {
+        let multipliers = [0.7, 0.0, 1.9, 0.4, 1.1];
+        let commands = [0.9, 0.2, 1.3, 0.0, 0.6];
+        let (flow, full) = (0.3, 2.0);
+        let masses = |commands: &[f64]| {
+            let parts = commands.iter().map(|w| flow * w / full).collect();
+            Masses::of_parts(1.8, parts)
+        };
+        let through = |moved: &[f64]| -> f64 {
+            let middles = masses(moved).middles;
+            let each = multipliers.iter().zip(commands).zip(&middles);
+            each.map(|((y, w), middle)| y * (w * middle / full - 1.0))
+                .sum()
+        };
+        let now = masses(&commands);
+        let slopes: Vec<f64> = (0..5)
+            .map(|k| {
+                let step = 1e-5;
+                let [more, less] = [step, -step].map(|step| {
+                    let mut moved = commands;
+                    moved[k] += step;
+                    through(&moved)
+                });
+                (more - less) / (2.0 * step)
+            })
+            .collect();
+        let held: Vec<f64> = (0..5)
+            .map(|k| {
+                let share = now.middles[k] / full;
+                commands[k] * (multipliers[k] * share + slopes[k])
+            })
+            .collect();
+        let costs = now.costs(&held);
+        for (cost, slope) in costs.iter().zip(&slopes) {
+            let error = cost * flow / full - slope;
+            assert!(error.abs() < 1e-10, "{cost} for {slope}: {error:e}");
+        }
+        assert!(costs[0] < costs[4] && costs[4] < 0.0, "{costs:?}");
+    }
+
+    #[test]
+    fn masses_of_scaled_commands_are_those_of_forces() {
+        let (flow, full) = (0.3, 2.0);
+        let commands = [0.9, 0.2, 1.3, 0.0, 0.6];
+        let parts = commands.iter().map(|w| flow * w / full).collect();
+        let masses = Masses::of_parts(1.8, parts);
+        let mut mass = 1.8;
+        for (k, w) in commands.iter().enumerate() {
+            let force = w * masses.middles[k] / full;
+            assert!((masses.middles[k] - (mass - 0.5 * flow * force)).abs() < 1e-15);
+            mass -= flow * force;
+            assert!((masses.ends[k + 1] - mass).abs() < 1e-15);
+        }
+        assert!((masses.used() - (1.8 - mass)).abs() < 1e-15);
+    }
 }

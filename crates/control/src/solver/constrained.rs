@@ -160,7 +160,10 @@ impl<C> Solver<'_, C> {
     {
         let known = self.known(plan)?;
         let forces = known.map(|(_, forces)| forces).unwrap_or_default();
-        Ok(forces.iter().map(|force| self.class.widened(&force.command)).collect())
+        Ok(forces
+            .iter()
+            .map(|force| self.class.widened(&force.command))
+            .collect())
     }
 
     /// Estimates the cost of leaving the region where the states of a plan violate the inequalities the most. The depth

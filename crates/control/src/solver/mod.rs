@@ -133,7 +133,10 @@ pub(crate) fn command_forces(transfer: &Transfer, plan: &Plan) -> Result<Vec<Com
         Solver::new(Both::<MAX_COMMANDS>, &own, &settings, &mut unobserved).command_forces(&plan)
     }?;
     let unit = units.commands().map(|unit| units.cost() / unit);
-    Ok(forces.iter().map(|force| force.component_mul(&unit)).collect())
+    Ok(forces
+        .iter()
+        .map(|force| force.component_mul(&unit))
+        .collect())
 }
 
 /// [`solve`] for a transfer in its own units.

@@ -41,7 +41,10 @@ impl Units {
                 let positions = orbit.iter().map(|position| own.length * position);
                 positions.collect()
             }),
-            by_step: transfer.by_step.as_ref().map(|by_step| Arc::new(self.by_step(by_step))),
+            by_step: transfer
+                .by_step
+                .as_ref()
+                .map(|by_step| Arc::new(self.by_step(by_step))),
             rounding: self.rounding(transfer),
         })
     }

@@ -24,6 +24,7 @@ use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
 const LATER: &str = "a plan for wheels can begin only at step 0: their momenta later are not known";
+const LIGHTER: &str = "a plan by thrusters that use propellant can begin only at step 0 here: how much is left later is not known";
 
 /// What is said of a plan whose certificate is not sufficient.
 pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \
@@ -192,8 +193,11 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     if maneuver.commands() == Commands::Wheels && task.first_step > 0 {
         return Err(Unsolved::new(Reason::Refused, LATER));
     }
-    let initial = match &task.initial {
-        Initial::State(state) => *state,
+    let (initial, propellant) = match &task.initial {
+        Initial::State(_) if uses_propellant(scene, maneuver) && task.first_step > 0 => {
+            return Err(Unsolved::new(Reason::Refused, LIGHTER));
+        }
+        Initial::State(state) => (*state, None),
         #[cfg(feature = "node")]
         Initial::Forecast(forecast) => forecast
             .state(scene, maneuver.body, task.first_step)
@@ -201,7 +205,12 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     };
     let mut solved = match task.end {
         End::After(intervals) => {
-            let transfer = transfer(scene, &initial, intervals)?;
+            let mut transfer = transfer(scene, &initial, intervals)?;
+            if let Some(left) = propellant.filter(|_| uses_propellant(scene, maneuver)) {
+                transfer = transfer
+                    .with_propellant(left)
+                    .map_err(|error| Unsolved::new(Reason::Refused, error))?;
+            }
             let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
                 // What is too short to be shortened is no help.
                 plan.remaining(&transfer, *flown).ok()
@@ -222,6 +231,11 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         solved.add(NOT_MINIMUM);
     }
     Ok(solved)
+}
+
+/// Whether a maneuver is planned with the propellant that its thrusters use.
+fn uses_propellant(scene: &Scene, maneuver: &Maneuver) -> bool {
+    maneuver.by_thrusters() && scene.bodies[maneuver.body].has_propellant()
 }
 
 fn transfer(scene: &Scene, initial: &BodyState, intervals: usize) -> Result<Transfer, Unsolved> {
@@ -397,6 +411,7 @@ impl From<PlanError> for Unsolved {
         let (reason, best) = match error {
             PlanError::Infeasible { .. }
             | PlanError::NotFound { .. }
+            | PlanError::Propellant { .. }
             | PlanError::WheelSpeed { .. } => (Reason::Infeasible, None),
             PlanError::Between { best, .. } | PlanError::Chance { best, .. } => {
                 (Reason::Infeasible, best)

@@ -35,7 +35,8 @@ impl Propagator {
     fn miss(&self) -> Option<Miss> {
         let body = self.scene.maneuver.as_ref()?.body;
         let end = self.arrival.unwrap_or(self.flight.states()[body]);
-        let miss = self.scene.miss(&end)?;
+        let body = &self.flight.system().bodies()[body];
+        let miss = self.scene.miss_of(body, &end)?;
         let part = |which: usize| miss.fixed_rows::<3>(3 * which).norm();
         let units = &self.scene.units;
         Some(Miss {

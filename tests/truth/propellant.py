@@ -97,16 +97,17 @@ def with_spins(case, spins=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))):
 
 
 still = [0.0, 0.0, 0.0]
+BODY = {"mass": 2.0, "inertia": [1.0, 1.4, 1.9], **layout(PAIRS)}
 CASES = [
-    with_spins({"name": "a quarter of the mass", "N": 60, "T": 6.0, "limit": 0.5, "gm": 0.0, "mass": 2.0, "inertia": [1.0, 1.4, 1.9],
-                "exhaust_velocity": 6.0, "start": [still, still], "end": [[0.9, -0.6, 0.4], still], "turn": [0.5, 0.3, -0.4],
-                **layout(PAIRS)}),
-    with_spins({"name": "near a center", "N": 50, "T": 2.0, "limit": 0.9, "gm": 1.0, "mass": 2.0,
-                "inertia": [1.0, 1.4, 1.9], "exhaust_velocity": 5.0, "start": circular(3.0, 0.0),
-                "end": [[2.6, 1.5, 0.2], [-0.3, 0.5, 0.1]], "turn": [0.1, 0.0, 0.2], **layout(PAIRS)}),
-    with_spins({"name": "near a center, turning at both ends", "N": 50, "T": 2.0, "limit": 0.9, "gm": 1.0, "mass": 2.0,
-                "inertia": [1.0, 1.4, 1.9], "exhaust_velocity": 5.0, "start": circular(3.0, 0.0),
-                "end": [[2.4, 1.6, 0.2], [-0.3, 0.5, 0.1]], "turn": [0.4, -0.5, 0.6], **layout(PAIRS)},
+    with_spins({"name": "in free space", "N": 60, "T": 6.0, "limit": 4.0, "gm": 0.0, "exhaust_velocity": 40.0,
+                "start": [still, still], "end": [[12.0, -7.0, 5.0], still], "turn": [0.5, 0.3, -0.4], **BODY}),
+    with_spins({"name": "to another plane about a center", "N": 50, "T": 2.0, "limit": 8.0, "gm": 100.0, "exhaust_velocity": 40.0,
+                "start": [[3.0, 0.0, 0.0], [0.0, 5.8, 0.0]], "end": [[-1.0, 3.0, 1.0], [-5.0, -2.0, 2.5]], "turn": [0.2, -0.1, 0.3],
+                **BODY}, ((0.0, 0.0, 0.1), (0.1, 0.0, 0.0))),
+    with_spins({"name": "slow gas from a body that turns", "N": 50, "T": 2.0, "limit": 0.9, "gm": 1.0, "exhaust_velocity": 5.0,
+                "start": circular(3.0, 0.0), "end": [[2.6, 1.5, 0.2], [-0.3, 0.5, 0.1]], "turn": [0.1, 0.0, 0.2], **BODY}),
+    with_spins({"name": "slow gas from a body that turns at both ends", "N": 50, "T": 2.0, "limit": 0.9, "gm": 1.0, "exhaust_velocity": 5.0,
+                "start": circular(3.0, 0.0), "end": [[2.4, 1.6, 0.2], [-0.3, 0.5, 0.1]], "turn": [0.4, -0.5, 0.6], **BODY},
                ((0.1, 0.3, -0.2), (0.3, -0.1, 0.2))),
 ]
 

@@ -80,3 +80,34 @@ fn scaled(load: &Load, force: f64, moment: f64) -> Load {
         moment: moment * load.moment,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    #[test]
+    fn fewer_intervals_have_the_means_of_their_steps() {
+        let load = |x: f64| Load {
+            force: x * Vector3::x(),
+            moment: -x * Vector3::y(),
+        };
+        let number = |k: usize| k as f64;
+        let all = Arc::new(ByStep {
+            limits: (0..6).map(number).collect(),
+            costs: (0..6).map(|k| Command::repeat(number(k))).collect(),
+            loads: (0..6)
+                .map(|k| [load(number(k)), load(number(k) + 1.0)])
+                .collect(),
+        });
+        assert!(Arc::ptr_eq(&all.in_intervals(6), &all));
+        let three = all.in_intervals(3);
+        assert_eq!(three.limits, [0.5, 2.5, 4.5]);
+        assert_eq!(three.costs[1], Command::repeat(2.5));
+        assert_eq!(three.loads[2], [load(5.0); 2]);
+        let four = all.in_intervals(4);
+        assert_eq!(four.limits, [0.5, 1.5, 3.5, 4.5]);
+        assert_eq!(all.in_intervals(12).limits[..4], [0.0, 0.0, 1.0, 1.0]);
+    }
+}

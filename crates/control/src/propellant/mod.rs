@@ -22,7 +22,7 @@ use scaled::Scaled;
 use settle::Settling;
 
 /// Relative change of the limits, and of the costs relative to the largest force of a condition, up to which they have settled.
-const SETTLED: [f64; 2] = [1e-9, 1e-7];
+const SETTLED: [f64; 2] = [1e-8, 1e-6];
 /// Distance of the ends of a plan and of its flight, relative to the size of each quantity, up to which they are the same.
 const SAME: f64 = 1e-8;
 /// Largest number of times that the transfer is solved.

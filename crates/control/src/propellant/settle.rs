@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 /// Part of the way to the result of an iteration that is gone where nothing is known of others.
-const PART: f64 = 0.6;
+const PART: f64 = 0.8;
 /// Largest number of earlier iterations that count.
 const DEPTH: usize = 5;
 /// Relative size of singular values that count.

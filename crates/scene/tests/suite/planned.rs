@@ -203,10 +203,16 @@ fn the_chaser_loses_the_mass_that_its_plan_costs() {
     }
     let body = &simulation.system().bodies()[1];
     let used = 150.0 - body.mass();
-    assert!(used > 12.0 && (used / plan.cost - 1.0).abs() < 1e-6, "{used}");
+    assert!(
+        used > 12.0 && (used / plan.cost - 1.0).abs() < 1e-6,
+        "{used}"
+    );
     let miss = scene.miss_of(body, &simulation.states()[1]).unwrap();
     let [position, attitude] = [0, 6].map(|row| miss.fixed_rows::<3>(row).norm());
-    assert!(position < 1e-2 && attitude < 1e-5, "{position:e} {attitude:e}");
+    assert!(
+        position < 1e-2 && attitude < 1e-5,
+        "{position:e} {attitude:e}"
+    );
     let switching = plan.certificate.switching.unwrap();
     assert!(switching.contradiction < 1e-3, "{switching}");
     // It brakes with less than it has sped up with.

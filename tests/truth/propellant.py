@@ -99,8 +99,10 @@ def with_spins(case, spins=((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))):
 still = [0.0, 0.0, 0.0]
 BODY = {"mass": 2.0, "inertia": [1.0, 1.4, 1.9], **layout(PAIRS)}
 CASES = [
-    with_spins({"name": "in free space", "N": 60, "T": 6.0, "limit": 4.0, "gm": 0.0, "exhaust_velocity": 40.0,
-                "start": [still, still], "end": [[12.0, -7.0, 5.0], still], "turn": [0.5, 0.3, -0.4], **BODY}),
+    with_spins({"name": "straight in free space", "N": 60, "T": 6.0, "limit": 3.0, "gm": 0.0, "exhaust_velocity": 20.0,
+                "start": [still, still], "end": [[15.0, 0.0, 0.0], still], "turn": [0.0, 0.0, 1e-6], **BODY}),
+    with_spins({"name": "turned in free space", "N": 60, "T": 6.0, "limit": 0.5, "gm": 0.0, "exhaust_velocity": 6.0,
+                "start": [still, still], "end": [[0.9, -0.6, 0.4], still], "turn": [0.5, 0.3, -0.4], **BODY}),
     with_spins({"name": "to another plane about a center", "N": 50, "T": 2.0, "limit": 8.0, "gm": 100.0, "exhaust_velocity": 40.0,
                 "start": [[3.0, 0.0, 0.0], [0.0, 5.8, 0.0]], "end": [[-1.0, 3.0, 1.0], [-5.0, -2.0, 2.5]], "turn": [0.2, -0.1, 0.3],
                 **BODY}, ((0.0, 0.0, 0.1), (0.1, 0.0, 0.0))),

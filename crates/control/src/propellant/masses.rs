@@ -64,6 +64,11 @@ impl Masses {
         }
     }
 
+    /// Whether there is a body left.
+    pub(super) fn are_positive(&self) -> bool {
+        self.ends.iter().all(|mass| *mass > 0.0)
+    }
+
     /// The mass that flows out.
     pub(super) fn used(&self) -> f64 {
         self.ends[0] - self.ends[self.ends.len() - 1]

@@ -39,7 +39,7 @@ pub(crate) fn solve(
     let mut made = [0; 2];
     let mut plan = match start {
         Start::Cold => None,
-        Start::Warm(plan) => Some(scaled.entered(plan)),
+        Start::Warm(plan) => scaled.entered(plan),
     };
     let mut along = match &plan {
         Some(plan) if plan.commands.len() == transfer.intervals => scaled.along(plan)?,

@@ -76,9 +76,16 @@ impl<'t> Scaled<'t> {
     }
 
     /// What a plan of the scaled motion makes of the transfer.
+    ///
+    /// # Errors
+    /// Returns an error if the plan uses more than the whole body, or if one of its steps cannot be made.
     pub(super) fn along(&self, plan: &Plan) -> Result<Along, PlanError> {
         let (transfer, mass) = (self.transfer, self.mass());
         let masses = Masses::new(transfer, mass, &plan.commands);
+        if !masses.are_positive() {
+            let (needed, available) = (masses.used(), self.available());
+            return Err(PlanError::Propellant { needed, available });
+        }
         let thrusts = self.forces(&plan.commands);
         let mut along = Along {
             masses: masses
@@ -134,10 +141,11 @@ impl<'t> Scaled<'t> {
         })
     }
 
-    /// A plan of the transfer as one of the scaled motion.
-    pub(super) fn entered(&self, plan: &Plan) -> Plan {
+    /// A plan of the transfer as one of the scaled motion; `None` if it uses more than the whole body.
+    pub(super) fn entered(&self, plan: &Plan) -> Option<Plan> {
         let masses = Masses::under(self.transfer, &plan.commands);
-        self.with_factors(plan.clone(), &masses, |mass| self.mass() / mass)
+        let entered = || self.with_factors(plan.clone(), &masses, |mass| self.mass() / mass);
+        masses.are_positive().then(entered)
     }
 
     /// A plan of the scaled motion as one of the transfer, with the states of its flight, whose end is so far from its own.

@@ -1,6 +1,6 @@
 //! The masses and costs that belong to their own plan, by Anderson's acceleration of a fixed point.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SVD};
 
 /// Part of the way to the result of an iteration that is gone where nothing is known of others.
 const PART: f64 = 0.8;
@@ -8,6 +8,8 @@ const PART: f64 = 0.8;
 const DEPTH: usize = 5;
 /// Relative size of singular values that count.
 const RANK: f64 = 1e-8;
+/// Iteration limit of the singular value decomposition; a finite matrix takes a few dozen.
+const MOST: usize = 1000;
 
 /// An iteration `x ← T(x)`, accelerated by the differences of the last results (D. G. Anderson, *Iterative procedures for
 /// nonlinear integral equations*, J. ACM 12, 1965).
@@ -31,9 +33,12 @@ impl Settling {
                 DMatrix::from_columns(&all)
             };
             let [moves, changes] = [columns(0, x), columns(1, &residual)];
-            let values = changes.clone().svd(true, true);
-            let least = RANK * values.singular_values.max();
-            if let Ok(factors) = values.solve(&residual, least) {
+            let values = SVD::try_new(changes.clone(), true, true, 5.0 * f64::EPSILON, MOST);
+            let solved = values.and_then(|values| {
+                let least = RANK * values.singular_values.max();
+                values.solve(&residual, least).ok()
+            });
+            if let Some(factors) = solved {
                 next -= moves * &factors;
                 rest -= changes * factors;
             }

@@ -107,6 +107,16 @@ impl Plan {
         read_only(py, &[commands.len(), count], efforts)
     }
 
+    /// The masses of the body at `0 … N`.
+    fn masses(&self) -> Vec<f64> {
+        let plan = self.plan.solution();
+        let mass = self.scene.bodies[self.body()].body.mass();
+        match self.scene.transfer() {
+            Some(Ok(transfer)) => plan.masses(&transfer),
+            _ => vec![mass; plan.states.len()],
+        }
+    }
+
     fn body(&self) -> usize {
         let maneuver = self.scene.maneuver.as_ref();
         maneuver.map_or(0, |maneuver| maneuver.body)
@@ -236,8 +246,11 @@ impl Plan {
         let states = &self.plan.solution().states;
         let body = &self.scene.bodies[self.body()].body;
         let unit = self.scene.units.length / self.scene.units.time;
-        let each = states.iter();
-        let numbers = flat::<3>(each.map(|state| (state.velocity(body) * unit).into()))?;
+        let each = states.iter().zip(self.masses());
+        let numbers = flat::<3>(each.map(|(state, mass)| {
+            let lighter = body.mass() / mass;
+            (state.velocity(body) * (lighter * unit)).into()
+        }))?;
         read_only(py, &[states.len(), 3], numbers)
     }
 
@@ -257,9 +270,20 @@ impl Plan {
         let states = &self.plan.solution().states;
         let body = &self.scene.bodies[self.body()].body;
         let unit = 1.0 / self.scene.units.time;
-        let each = states.iter();
-        let numbers = flat::<3>(each.map(|state| (state.angular_velocity(body) * unit).into()))?;
+        let each = states.iter().zip(self.masses());
+        let numbers = flat::<3>(each.map(|(state, mass)| {
+            let lighter = body.mass() / mass;
+            (state.angular_velocity(body) * (lighter * unit)).into()
+        }))?;
         read_only(py, &[states.len(), 3], numbers)
+    }
+
+    /// Planned masses of the body (kg), shape (n + 1,).
+    #[getter]
+    fn mass_kg<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
+        let masses = self.masses().into_iter();
+        let masses: Vec<_> = masses.map(|mass| mass * self.scene.units.mass).collect();
+        read_only(py, &[masses.len()], masses)
     }
 
     /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none or the commands are thrusters or wheels.

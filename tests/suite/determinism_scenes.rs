@@ -93,6 +93,7 @@ scenes!(
     oblate_orbit,
     orbital_capture,
     pendulum,
+    propellant_transfer,
     relative_orbit,
     rocks,
     slew_keep_out,

@@ -44,6 +44,7 @@ mod newton;
 mod plan;
 mod problem;
 pub mod processing;
+mod propellant;
 mod replan;
 mod riccati;
 pub mod shooting;

@@ -57,6 +57,8 @@ pub(crate) struct Planner {
     pub(crate) waiting: Option<Goal>,
     /// What has been published, the last ones, in the order of their first steps.
     pub(crate) sequences: Vec<Sequence>,
+    /// The propellant that was used before the first of them.
+    pub(crate) used_before: f64,
     /// The one of them that the flight begins with, whenever it begins anew.
     pub(crate) initial: Option<Sequence>,
     /// The flight's course that they are for.
@@ -251,7 +253,12 @@ impl Planner {
         self.sequences
             .retain(|earlier| earlier.first_step < first_step);
         if self.sequences.len() == SEQUENCES {
-            self.sequences.remove(0);
+            let gone = self.sequences.remove(0);
+            let next = self.sequences.first().unwrap_or(&gone).first_step;
+            let body = &self.scene.bodies[self.maneuver.body].body;
+            if let Some(thrusters) = body.thrusters() {
+                self.used_before += gone.propellant_used(&self.scene, thrusters, next);
+            }
         }
         self.sequences.push(sequence.clone());
         if first_step == 0 {

@@ -1,7 +1,8 @@
 use std::fmt::Display;
 
-use lgvi_dynamics::{BodyState, Load};
-use lgvi_scene::{Commands, Scene, Scheme};
+use lgvi_dynamics::thrusters::Thrusters;
+use lgvi_dynamics::{ActuatorStates, BodyState, Load};
+use lgvi_scene::{Commands, NamedBody, Scene, Scheme};
 
 use crate::follower::Observed;
 use crate::sequence::Sequence;
@@ -15,19 +16,28 @@ pub(crate) struct Forecast {
     pub(crate) from: Observed,
     /// What has been published, in the order of the first steps.
     pub(crate) sequences: Vec<Sequence>,
+    /// The propellant that thrusters used before the first of these sequences.
+    pub(crate) used_before: f64,
 }
 
 impl Forecast {
-    /// The state of `body` at `step` of the flight: flown on by the scene's own scheme from where it was heard of last, under
-    /// the sequences that have been published, without disturbance. Each acts from its first step on, the last first.
+    /// The state of `body` at `step` of the flight, and the propellant that it has left if it has thrusters: flown on by the scene's
+    /// own scheme from where it was heard of last, under the sequences that have been published, without disturbance. Each acts
+    /// from its first step on, the last first. Propellant has flowed out under them from the start.
     ///
     /// # Errors
     /// Why nobody can say it: the flight is past it, or the steps until then cannot be made.
-    pub(crate) fn state(&self, scene: &Scene, body: usize, step: u64) -> Result<BodyState, String> {
+    pub(crate) fn state(
+        &self,
+        scene: &Scene,
+        body: usize,
+        step: u64,
+    ) -> Result<(BodyState, Option<f64>), String> {
         let Self {
             scheme,
             from,
             sequences,
+            ..
         } = self;
         let reached = from.step;
         if reached > step {
@@ -42,6 +52,13 @@ impl Forecast {
         let mut simulation = scene
             .simulation_from(states, *scheme)
             .map_err(|error| fail(&error))?;
+        let mut actuators = ActuatorStates::of(simulation.system());
+        let with_thrusters = |named: &&NamedBody| named.body.thrusters().is_some();
+        let place = scene.bodies[..body].iter().filter(with_thrusters).count();
+        if let Some(left) = actuators.propellants.get_mut(place) {
+            *left = self.propellant_left(scene, body, reached);
+            simulation.set_actuator_states(&actuators);
+        }
         let mut loads = vec![Load::default(); scene.bodies.len()];
         for step in reached..step {
             let state = &simulation.states()[body];
@@ -49,11 +66,7 @@ impl Forecast {
             loads[body] = newest
                 .find_map(|sequence| sequence.at(step, state))
                 .unwrap_or_default();
-            let newest = sequences
-                .iter()
-                .rev()
-                .find_map(|sequence| Some((sequence.commands, sequence.efforts(step)?)));
-            match newest {
+            match self.efforts(step) {
                 Some((Commands::Thrusters, thrust)) => {
                     simulation.set_thruster_commands(body, &thrust);
                 }
@@ -62,7 +75,29 @@ impl Forecast {
             }
             simulation.advance(&loads).map_err(|error| fail(&error))?;
         }
-        Ok(simulation.states()[body])
+        let thrusters = simulation.system().bodies()[body].thrusters();
+        let left = thrusters.map(Thrusters::propellant_left);
+        Ok((simulation.states()[body], left))
+    }
+
+    /// What the newest sequence asks thrusters or wheels for during a step.
+    fn efforts(&self, step: u64) -> Option<(Commands, Vec<f64>)> {
+        let mut newest = self.sequences.iter().rev();
+        newest.find_map(|sequence| Some((sequence.commands, sequence.efforts(step)?)))
+    }
+
+    /// The propellant that thrusters of `body` have left at a step, under the sequences from the start.
+    fn propellant_left(&self, scene: &Scene, body: usize, step: u64) -> f64 {
+        let Some(thrusters) = scene.bodies[body].body.thrusters() else {
+            return 0.0;
+        };
+        let later = self.sequences.iter().skip(1).map(|next| next.first_step);
+        let ends = later.chain([step]).map(|end| end.min(step));
+        let each = self.sequences.iter().zip(ends);
+        let used: f64 = each
+            .map(|(sequence, end)| sequence.propellant_used(scene, thrusters, end))
+            .sum();
+        (thrusters.propellant().mass - self.used_before - used).max(0.0)
     }
 }
 
@@ -137,8 +172,9 @@ mod tests {
             scheme: scene.scheme().unwrap(),
             from: heard.unwrap(),
             sequences: sequences.into(),
+            used_before: 0.0,
         };
-        let predicted = forecast.state(&scene, 0, 90).unwrap();
+        let (predicted, _) = forecast.state(&scene, 0, 90).unwrap();
         let error = miss(&flight.states()[0], &predicted).norm();
         assert!(error < 1e-14, "{error:e}");
         let planned = miss(&forecast.sequences[1].plan.states[30], &predicted).norm();
@@ -165,6 +201,7 @@ mod tests {
                         at: Instant::now(),
                     },
                     sequences: sequences.clone(),
+                    used_before: 0.0,
                 };
                 let last = sequences.last().unwrap();
                 let task = Task {
@@ -222,8 +259,9 @@ mod tests {
                 scheme: scene.scheme().unwrap(),
                 from,
                 sequences: Vec::new(),
+                used_before: 0.0,
             };
-            forecast.state(scene, 0, 5)
+            forecast.state(scene, 0, 5).map(|(state, _)| state)
         };
         let scene = Scene::parse("test", &fast).unwrap();
         let mut flight = scene.simulation(scene.scheme().unwrap()).unwrap();

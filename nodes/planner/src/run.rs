@@ -96,6 +96,7 @@ impl Managed for Planner {
             current: None,
             waiting: None,
             sequences: Vec::new(),
+            used_before: 0.0,
             initial: None,
             course: 0,
             maneuver,

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use lgvi_common::{Feedback, Limits, control_sequence};
 use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
 use lgvi_control::{Command, Constraint, MAX_COMMANDS, Plan, miss};
+use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
@@ -109,6 +110,21 @@ impl Sequence {
         })
     }
 
+    /// The propellant that it lets flow out of a body's thrusters before the step `end`.
+    pub(crate) fn propellant_used(&self, scene: &Scene, thrusters: &Thrusters, end: u64) -> f64 {
+        if self.commands != Commands::Thrusters {
+            return 0.0;
+        }
+        let steps = usize::try_from(end.saturating_sub(self.first_step)).unwrap_or(usize::MAX);
+        let flow = |command: &Command| -> f64 {
+            let each = self.efforts_of(command).zip(thrusters.thrusters());
+            each.map(|(force, one)| force.min(one.thrust) / one.exhaust_velocity)
+                .sum()
+        };
+        let commands = self.plan.commands.iter().take(steps);
+        scene.h() * commands.map(flow).sum::<f64>()
+    }
+
     /// The force and moment that it lets act during `step` on a body in `state`; `None` before its first step.
     pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
         let interval = self.interval(step)?;
@@ -204,11 +220,30 @@ mod tests {
         );
     }
 
-    /// Plans made anew on the way begin where the thrusters will have brought the body.
     #[test]
     fn thrusters_fly_a_plan_and_its_rest_to_the_target() {
         let text = include_str!("../../../scenes/thruster_rendezvous.toml");
-        let scene = Scene::parse("test", &text.replace("steps = 240", "steps = 60")).unwrap();
+        fly_and_plan_anew(&text.replace("steps = 240", "steps = 60"));
+    }
+
+    /// A tenth of the mass flows out.
+    #[test]
+    fn thrusters_that_use_propellant_fly_a_plan_and_its_rest_to_the_target() {
+        let text = include_str!("../../../scenes/thruster_rendezvous.toml");
+        let text = text.replace("steps = 240", "steps = 60");
+        let used = text.replace("thrust = ", "exhaust_velocity = 12.0\nthrust = ");
+        let tank = "name = \"chaser\"\npropellant = { mass = 60.0 }";
+        let used = used.replace("name = \"chaser\"", tank);
+        assert!(used != text);
+        let flight = fly_and_plan_anew(&used);
+        let body = &flight.system().bodies()[1];
+        let used = 60.0 - body.thrusters().unwrap().propellant_left();
+        assert!(used > 1.0, "{used}");
+    }
+
+    /// Plans made anew on the way begin where the thrusters will have brought the body.
+    fn fly_and_plan_anew(text: &str) -> Flight {
+        let scene = Scene::parse("test", text).unwrap();
         let maneuver = scene.maneuver.as_ref().unwrap();
         let task = Task::whole(&scene, maneuver);
         let plan = solve(&scene, &task, &mut |_| true).unwrap().plan;
@@ -235,6 +270,7 @@ mod tests {
                 at: Instant::now(),
             },
             sequences: vec![first.clone()],
+            used_before: 0.0,
         };
         let task = Task {
             first_step: 20,
@@ -252,8 +288,10 @@ mod tests {
         while flight.step() < 60 {
             flight.advance().unwrap();
         }
-        let miss = scene.miss(&flight.states()[1]).unwrap().norm();
+        let body = &flight.system().bodies()[1];
+        let miss = scene.miss_of(body, &flight.states()[1]).unwrap().norm();
         assert!(miss < 1e-4, "{miss:e}");
+        flight
     }
 
     #[test]

@@ -83,13 +83,18 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     ) {
         let count = self.commands.len();
         let rows = &mut self.command_rows[interval * count..(interval + 1) * count];
+        let share = self.varying.share(interval);
+        let scaled = share * command;
         for (inequality, (row, slope)) in self.commands.iter().zip(rows) {
             let penalty = self.schedule.penalty.of(inequality.price);
-            row.model(&penalty, inequality.value(command));
-            *slope = inequality.gradient(command);
-            *hessian +=
-                row.multiplier * inequality.hessian() + (row.weight * *slope) * slope.transpose();
+            row.model(&penalty, inequality.value(&scaled));
+            *slope = share * inequality.gradient(&scaled);
+            *hessian += (row.multiplier * share * share) * inequality.hessian()
+                + (row.weight * *slope) * slope.transpose();
             *gradient += row.primal * *slope;
+        }
+        if let Some(cost) = self.varying.cost(interval) {
+            *gradient += cost;
         }
         if let Some(fuel) = &mut self.fuel {
             fuel.add(
@@ -127,10 +132,15 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let count = self.commands.len();
         let rows = &self.command_rows[interval * count..(interval + 1) * count];
         let mut force = SVector::zeros();
+        let share = self.varying.share(interval);
+        let scaled = share * command;
         for (inequality, (row, _)) in self.commands.iter().zip(rows) {
             let penalty = self.schedule.penalty.of(inequality.price);
-            let y = row.multiplier_at(&penalty, inequality.value(command));
-            force += y * inequality.gradient(command);
+            let y = row.multiplier_at(&penalty, inequality.value(&scaled));
+            force += (y * share) * inequality.gradient(&scaled);
+        }
+        if let Some(cost) = self.varying.cost(interval) {
+            force += cost;
         }
         if let Some(fuel) = &self.fuel {
             force += fuel.force(self.schedule.penalty.beta, command);
@@ -165,6 +175,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 take(row, placed.at(interval).price, along.sum());
             }
         }
+        if let Some(cost) = self.varying.cost(interval) {
+            self.slope += cost.dot(v);
+        }
         if let Some(fuel) = &mut self.fuel {
             self.slope += fuel.direct(self.schedule.penalty.beta, interval, v);
         }
@@ -177,10 +190,14 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     fn merit(&self, interval: usize, state: &BodyState, command: &SVector<f64, U>) -> f64 {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
+        let scaled = self.varying.share(interval) * command;
         for inequality in &self.commands {
             sum += penalty
                 .of(inequality.price)
-                .value(inequality.value(command));
+                .value(inequality.value(&scaled));
+        }
+        if let Some(cost) = self.varying.cost(interval) {
+            sum += cost.dot(command);
         }
         if let Some(fuel) = &self.fuel {
             sum += fuel.value(penalty.beta, command);

@@ -10,7 +10,7 @@ pub(crate) struct Force<const X: usize, const U: usize> {
     /// `Σ y ∂g/∂z` by the state at the end of the interval.
     pub(super) state: SVector<f64, X>,
     /// `Σ y ∂g/∂w` by the command of the interval.
-    pub(super) command: SVector<f64, U>,
+    pub(crate) command: SVector<f64, U>,
 }
 
 /// The contributions that inequalities must make to the gradient of the Lagrangian for `iterate` to be stationary with

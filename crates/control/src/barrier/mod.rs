@@ -12,6 +12,7 @@ mod penalty;
 mod row;
 mod schedule;
 mod set;
+mod varying;
 
 pub(crate) use known::{Force, forces};
 pub(crate) use schedule::BarrierTolerances;

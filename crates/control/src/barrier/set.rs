@@ -8,6 +8,7 @@ use super::known::Force;
 use super::penalty::Penalty;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
+use super::varying::Varying;
 use crate::problem::constraint::Coordinates;
 use crate::problem::{CommandInequality, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
@@ -24,6 +25,8 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) state_rows: Vec<StateRow>,
     /// The cost of fuel, if commands have prices.
     pub(super) fuel: Option<Fuel<U>>,
+    /// Limits and costs of commands that change from interval to interval.
+    pub(super) varying: Varying<U>,
     /// True if the inequalities on states add nothing to the Hessian.
     pub(super) gives_way: bool,
     /// The longest step of the multipliers along the direction.
@@ -187,6 +190,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             commands,
             states,
             fuel,
+            varying: Varying::new(transfer, selection),
             gives_way: false,
             reach: 1.0,
             slope: 0.0,
@@ -217,9 +221,11 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         if let Some(fuel) = &mut fuel {
             fuel.start(beta, commands);
         }
-        let paid = |command: &SVector<f64, U>| {
-            let fuel = fuel.as_ref();
-            fuel.map_or_else(SVector::zeros, |fuel| fuel.force(beta, command))
+        let varying = self.varying.clone();
+        let paid = |interval: usize| {
+            let (fuel, command) = (fuel.as_ref(), &commands[interval]);
+            let paid = fuel.map_or_else(SVector::zeros, |fuel| fuel.force(beta, command));
+            varying.cost(interval).map_or(paid, |cost| paid + cost)
         };
         self.each(states, commands, |penalty, row, value, along| {
             let least = penalty.start(value, SLACK);
@@ -233,7 +239,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                     parts.fold((0.0, 0.0), |sum, part| (sum.0 + part.0, sum.1 + part.1))
                 }
                 Gradient::Command(g) => {
-                    let own = command - paid(&commands[along.interval]);
+                    let own = command - paid(along.interval);
                     (g.dot(&own), g.norm_squared())
                 }
             };
@@ -286,9 +292,10 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         states: &[BodyState],
         commands: &[SVector<f64, U>],
     ) -> Option<Violation> {
-        let of_commands = commands
-            .iter()
-            .flat_map(|command| self.commands.iter().map(|row| row.value(command)));
+        let of_commands = commands.iter().enumerate().flat_map(|(interval, command)| {
+            let command = self.varying.share(interval) * command;
+            self.commands.iter().map(move |row| row.value(&command))
+        });
         let of_states = states.iter().enumerate().flat_map(|(interval, state)| {
             let rows = self.states.iter();
             rows.map(move |placed| placed.value(interval, state))
@@ -355,11 +362,12 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let count = self.commands.len();
         for (at, (row, _)) in self.command_rows.iter_mut().enumerate() {
             let (interval, inequality) = (at / count, &self.commands[at % count]);
-            let command = &commands[interval];
-            let gradient = Gradient::Command(inequality.gradient(command));
+            let share = self.varying.share(interval);
+            let command = share * commands[interval];
+            let gradient = Gradient::Command(share * inequality.gradient(&command));
             let along = Along { interval, gradient };
             let penalty = self.schedule.penalty.of(inequality.price);
-            visit(&penalty, row, inequality.value(command), along);
+            visit(&penalty, row, inequality.value(&command), along);
         }
         let count = self.states.len();
         for (at, StateRow { row, scale, .. }) in self.state_rows.iter_mut().enumerate() {

@@ -5,9 +5,10 @@
 //! of command a kick is `m⁺ = m + τ (G p + B v)`, and a drift is `p⁺ = P_p p + P_m m`, `m⁺ = M_m m`.
 
 use std::array;
+use std::sync::Arc;
 
 use lgvi_dynamics::rotation::Unsolvable;
-use lgvi_dynamics::{BodyState, RigidBody};
+use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_lie::hat;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
@@ -17,7 +18,7 @@ use super::linear::{
     Blocks, CommandRows, Curvature, Inputs, KickInputs, Linearization, command_rows,
 };
 use crate::Transfer;
-use crate::problem::Dynamics;
+use crate::problem::{ByStep, Dynamics};
 
 /// Steps of the coordinates `C` of a transfer's body.
 pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
@@ -31,6 +32,15 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     pub(super) after: f64,
     /// True if the first group of controls, the force, turns with the body.
     pub(super) turns: bool,
+    /// Loads beside those of the commands, where forces turn with the body.
+    known: Option<Arc<ByStep>>,
+}
+
+/// The ends of a step.
+#[derive(Clone, Copy)]
+enum End {
+    Beginning,
+    Ending,
 }
 
 impl<'t, const U: usize> KickDriftKick<'t, Full, 2, U> {
@@ -53,13 +63,16 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             Dynamics::LieEuler => (None, h),
             Dynamics::Lgvi => (Some(0.5 * h), 0.5 * h),
         };
+        let turns = N == 2 && transfer.actuation.is_fixed_to_body();
+        let by_step = transfer.by_step.as_ref().filter(|_| turns);
         Self {
             transfer,
             coordinates,
             commands,
             before,
             after,
-            turns: N == 2 && transfer.actuation.is_fixed_to_body(),
+            turns,
+            known: by_step.map(|by_step| by_step.in_intervals(transfer.intervals)),
         }
     }
 
@@ -68,12 +81,19 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     }
 
     #[inline(always)]
-    pub(super) fn kick(&self, tau: f64, controls: &[Vector3<f64>; N], state: &mut BodyState) {
+    fn kick(
+        &self,
+        (k, end): (usize, End),
+        tau: f64,
+        controls: &[Vector3<f64>; N],
+        state: &mut BodyState,
+    ) {
         let Transfer { field, body, .. } = self.transfer;
         let loads = self.coordinates.load(field.as_ref(), body, state);
         let turned;
         let controls = if self.turns {
-            turned = turned_force(controls, &state.attitude);
+            let known = self.known.as_deref().map(|known| &known.loads[k]);
+            turned = turned_force(controls, &state.attitude, known, end);
             &turned
         } else {
             controls
@@ -92,7 +112,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     ) -> BodyState {
         let mut begun = self.coordinates.at(k, state);
         if let Some(tau) = self.before {
-            self.kick(tau, controls, &mut begun);
+            self.kick((k, End::Beginning), tau, controls, &mut begun);
         }
         begun
     }
@@ -171,15 +191,23 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     }
 }
 
-/// Controls whose first, a force in the body frame, is turned to the inertial one.
+/// Controls whose first, a force in the body frame, is turned to the inertial one, and the known loads at this end of the step.
 #[cold]
 #[inline(never)]
 fn turned_force<const N: usize>(
     controls: &[Vector3<f64>; N],
     attitude: &Matrix3<f64>,
+    known: Option<&[Load; 2]>,
+    end: End,
 ) -> [Vector3<f64>; N] {
     let mut turned = *controls;
     turned[0] = attitude * turned[0];
+    if let Some(ends) = known {
+        let load = &ends[end as usize];
+        for (control, known) in turned.iter_mut().zip([load.force, load.moment]) {
+            *control += known;
+        }
+    }
     turned
 }
 
@@ -197,7 +225,7 @@ where
         let controls = self.controls(command);
         let mut state = self.begin(k, state, &controls);
         self.drift(k, &mut state)?;
-        self.kick(self.after, &controls, &mut state);
+        self.kick((k, End::Ending), self.after, &controls, &mut state);
         Ok(state)
     }
 
@@ -224,7 +252,7 @@ where
         let controls = self.controls(command);
         let mut drifted = self.drifted(k, state, &controls)?;
         self.first(&drifted, &controls, into);
-        self.kick(self.after, &controls, &mut drifted.state);
+        self.kick((k, End::Ending), self.after, &controls, &mut drifted.state);
         Ok(drifted.state)
     }
 
@@ -241,7 +269,7 @@ where
         let mut drifted = self.drifted(k, state, &controls)?;
         self.first(&drifted, &controls, first);
         self.second(&drifted, &controls, lambda, first, second);
-        self.kick(self.after, &controls, &mut drifted.state);
+        self.kick((k, End::Ending), self.after, &controls, &mut drifted.state);
         Ok(drifted.state)
     }
 

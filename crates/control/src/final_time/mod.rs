@@ -80,6 +80,9 @@ pub enum FinalTimeError {
     /// The final time of a plan by reaction wheels is not optimized.
     #[error("the commands are torques of reaction wheels, expected other commands")]
     Wheels,
+    /// The final time of a plan by thrusters that use propellant is not optimized.
+    #[error("the thrusters use propellant, expected thrusters that use none")]
+    Propellant,
     /// No plan was found at a final time: at the first one, or closer and closer to one that had a plan.
     #[error("final time {final_time}: {source}")]
     Plan {
@@ -170,6 +173,9 @@ pub fn solve_final_time(
     check(time)?;
     if transfer.actuation.is_of_wheels() {
         return Err(FinalTimeError::Wheels);
+    }
+    if transfer.uses_propellant() {
+        return Err(FinalTimeError::Propellant);
     }
     if transfer.chances.is_some() {
         let beside = "a free final time";

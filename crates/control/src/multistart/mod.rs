@@ -11,7 +11,7 @@ use crate::solver::{
     NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve_in_own_units as solve,
 };
 use crate::units::Units;
-use crate::{Plan, Transfer, wheels};
+use crate::{Plan, Transfer, propellant, wheels};
 use paths::Detours;
 pub use winding::Winding;
 
@@ -74,6 +74,9 @@ pub fn search(
     }
     if transfer.actuation.is_of_wheels() {
         return wheels::search(transfer, settings, &mut observe);
+    }
+    if transfer.uses_propellant() {
+        return propellant::search(transfer, settings, &mut observe);
     }
     search_stated(transfer, settings, observe)
 }

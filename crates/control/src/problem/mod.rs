@@ -1,6 +1,7 @@
 //! The statement of a problem: dynamics, boundary conditions, actuation, cost and constraints.
 
 mod actuation;
+mod by_step;
 mod chances;
 mod comparable;
 pub mod constraint;
@@ -13,6 +14,7 @@ mod transfer;
 
 pub use actuation::{Actuation, ActuationError, Command, MAX_COMMANDS};
 pub(crate) use actuation::{Effects, FEW, Weight, stacked};
+pub(crate) use by_step::ByStep;
 pub(crate) use chances::Deviations;
 pub use chances::{Chances, Uncertainty};
 pub use comparable::Comparable;

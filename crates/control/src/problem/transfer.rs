@@ -7,7 +7,7 @@ use std::sync::Arc;
 use thiserror::Error;
 
 use super::{
-    Actuation, ActuationError, Chances, Constraint, Dynamics, InequalitySet, Motion,
+    Actuation, ActuationError, ByStep, Chances, Constraint, Dynamics, InequalitySet, Motion,
     ParameterError, Terminal, TerminalSet,
 };
 
@@ -36,6 +36,8 @@ pub struct Transfer {
     /// Of a transfer by reaction wheels as it is solved: the positions of the body at `0 … N`, in the transfer's unit of length. The
     /// momentum of the wheels is then in the place of the linear momentum, and the commands act on both.
     pub(crate) orbit: Option<Arc<[Vector3<f64>]>>,
+    /// Of a transfer by thrusters that use propellant as it is solved: what changes with the mass.
+    pub(crate) by_step: Option<Arc<ByStep>>,
     /// Rounding error of `[δx, δγ, ζ, δΠ]` at the end, or zero if it is not known.
     pub(crate) rounding: Vector12,
 }
@@ -86,6 +88,29 @@ pub enum TransferError {
         wheels: usize,
         /// The momenta.
         momenta: Vec<f64>,
+    },
+    /// There are not as many commands as thrusters that use propellant.
+    #[error(
+        "the body has {thrusters} thrusters and the actuation commands {commands} of them, expected all: they use propellant"
+    )]
+    Thrusters {
+        /// Number of thrusters of the body.
+        thrusters: usize,
+        /// Number of commands.
+        commands: usize,
+    },
+    /// The propellant has an inertia that is not in proportion to its mass.
+    #[error(
+        "the propellant has an inertia of its own, expected none: plans let the body's inertia be in proportion to its mass"
+    )]
+    PropellantInertia,
+    /// The propellant that is left is more than all of it, or negative.
+    #[error("the propellant that is left is {left}, expected a number from 0 to {most}")]
+    Propellant {
+        /// Mass of the propellant that is left.
+        left: f64,
+        /// Mass of all propellant.
+        most: f64,
     },
     /// The body is invalid.
     #[error(transparent)]
@@ -166,6 +191,24 @@ impl Transfer {
                 return Err(TransferError::WheelFriction);
             }
         }
+        if let Some(all) = body.thrusters()
+            && actuation.is_fixed_to_body()
+            && all
+                .thrusters()
+                .iter()
+                .any(|one| one.exhaust_velocity.is_finite())
+        {
+            let (thrusters, commands) = (all.thrusters().len(), actuation.commands());
+            if thrusters != commands {
+                return Err(TransferError::Thrusters {
+                    thrusters,
+                    commands,
+                });
+            }
+            if all.propellant().inertia.is_some() {
+                return Err(TransferError::PropellantInertia);
+            }
+        }
         if !initial.is_finite() {
             return Err(TransferError::Initial(Box::new(initial)));
         }
@@ -184,6 +227,7 @@ impl Transfer {
             inequalities: InequalitySet::default(),
             chances: None,
             orbit: None,
+            by_step: None,
             rounding: Vector12::zeros(),
         })
     }

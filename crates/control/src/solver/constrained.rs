@@ -9,7 +9,7 @@ use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces
 use crate::newton::{Closeness, Ended, Ending, Iterate, Newton, Problem, Tolerances};
 use crate::problem::{HalfSet, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
-use crate::{Dynamics, Plan};
+use crate::{Command, Dynamics, Plan};
 
 /// Maximum number of Newton steps, in multiples of that without inequalities.
 const PATIENCE: u32 = 3;
@@ -148,6 +148,22 @@ impl<C> Solver<'_, C> {
             return Ok(None);
         };
         Ok(Some((Newton::new(transfer.intervals, iterate), forces)))
+    }
+
+    /// For each interval of a plan, the contribution of prices and inequalities to the gradient of the Lagrangian by the commands.
+    pub(super) fn command_forces<const X: usize, const U: usize>(
+        &self,
+        plan: &Plan,
+    ) -> Result<Vec<Command>, PlanError>
+    where
+        C: Class<X, U>,
+    {
+        let known = self.known(plan)?;
+        let forces = known.map(|(_, forces)| forces).unwrap_or_default();
+        Ok(forces
+            .iter()
+            .map(|force| self.class.widened(&force.command))
+            .collect())
     }
 
     /// Estimates the cost of leaving the region where the states of a plan violate the inequalities the most. The depth

@@ -121,6 +121,24 @@ pub enum PlanError {
         /// The motion of the transfer.
         motion: Motion,
     },
+    /// The plan needs more propellant than there is.
+    #[error("the plan needs {needed:.6e} of propellant, expected at most {available:.6e}")]
+    Propellant {
+        /// Mass of the propellant that is used.
+        needed: f64,
+        /// Mass of the propellant at the start.
+        available: f64,
+    },
+    /// A plan by thrusters that use propellant moves position and attitude, by steps of the LGVI.
+    #[error(
+        "{motion:?} motion in {dynamics:?} steps, expected Full in Lgvi steps: thrusters use propellant"
+    )]
+    PropellantDoes {
+        /// The discrete dynamics of the transfer.
+        dynamics: Dynamics,
+        /// The motion of the transfer.
+        motion: Motion,
+    },
     /// The caller asked to stop.
     #[error("stopped")]
     Stopped {

@@ -88,15 +88,23 @@ impl<C> Solver<'_, C> {
         }
         let one_sided = transfer.inequalities.one_sided();
         let limits = transfer.inequalities.command_limits();
+        let varies = transfer.by_step.as_ref();
+        let varies = varies.map(|by_step| by_step.in_intervals(transfer.intervals));
         let mut all = Switching::default();
         for price in prices {
             let mut last = None;
             let mut between = 0;
             for (k, own) in newton.iterate.commands.iter().enumerate() {
                 let command = self.class.widened(own);
-                let level = self.level_of(price, limits[price.commands.start], &command);
+                let limited = varies
+                    .as_ref()
+                    .map_or(command, |by_step| command / by_step.limits[k]);
+                let level = self.level_of(price, limits[price.commands.start], &limited);
                 let (_, by_command) = model.dynamics[k].backward(&model.inputs, &model.costates[k]);
-                let primer = -self.class.widened(&by_command);
+                let mut primer = -self.class.widened(&by_command);
+                if let Some(by_step) = &varies {
+                    primer -= transfer.h * by_step.costs[k];
+                }
                 let primer = match price.direction(&command) {
                     Some(direction) if level != Level::Off => primer.dot(&direction),
                     _ if one_sided[price.commands.start] => primer[price.commands.start],

@@ -32,7 +32,7 @@ use crate::newton::{Iterate, Newton, Unconstrained};
 use crate::problem::{FEW, stacked};
 use crate::shooting::Extremal;
 use crate::units::Units;
-use crate::{MAX_COMMANDS, Motion, Plan, Transfer, wheels};
+use crate::{Command, MAX_COMMANDS, Motion, Plan, Transfer, propellant, wheels};
 use attempt::Solver;
 use class::{Both, Class, Rotation, Spinning, Translation};
 
@@ -70,6 +70,9 @@ fn solve_plain(
     }
     if let Some(command) = fuel::unlimited(transfer) {
         return Err(PlanError::Unlimited { command });
+    }
+    if transfer.uses_propellant() {
+        return propellant::solve(transfer, start, settings, observe);
     }
     solve_stated(transfer, start, settings, observe)
 }
@@ -115,6 +118,25 @@ fn stated(
     by_class(&own, start, again, settings, &mut observe)
         .map(|plan| units.leave(plan))
         .map_err(|error| units.leave_error(error))
+}
+
+/// For each interval of a plan of position and attitude, the force by which prices and inequalities hold the commands:
+/// `−(h W w + Bᵀ λ)`. Without it, if the plan has not as many intervals as the transfer.
+pub(crate) fn command_forces(transfer: &Transfer, plan: &Plan) -> Result<Vec<Command>, PlanError> {
+    let units = Units::of(transfer);
+    let (own, plan) = (units.transfer(transfer)?, units.enter(plan));
+    let mut unobserved = |_: &Progress| true;
+    let settings = NewtonSettings::default();
+    let forces = if own.actuation.commands() <= FEW {
+        Solver::new(Both::<FEW>, &own, &settings, &mut unobserved).command_forces(&plan)
+    } else {
+        Solver::new(Both::<MAX_COMMANDS>, &own, &settings, &mut unobserved).command_forces(&plan)
+    }?;
+    let unit = units.commands().map(|unit| units.cost() / unit);
+    Ok(forces
+        .iter()
+        .map(|force| force.component_mul(&unit))
+        .collect())
 }
 
 /// [`solve`] for a transfer in its own units.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
 
 use super::{Rescaled, Units};
-use crate::problem::TerminalSet;
+use crate::problem::{ByStep, TerminalSet};
 use crate::{Transfer, TransferError};
 
 impl Units {
@@ -41,8 +41,18 @@ impl Units {
                 let positions = orbit.iter().map(|position| own.length * position);
                 positions.collect()
             }),
+            by_step: transfer
+                .by_step
+                .as_ref()
+                .map(|by_step| Arc::new(self.by_step(by_step))),
             rounding: self.rounding(transfer),
         })
+    }
+
+    /// What changes from step to step, in these units.
+    fn by_step(&self, by_step: &ByStep) -> ByStep {
+        let costs = self.commands * (self.time / self.cost);
+        by_step.scaled(&costs, [self.force(), self.moment()].map(f64::recip))
     }
 
     /// `state` multiplied by the units.

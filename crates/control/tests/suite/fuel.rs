@@ -17,11 +17,11 @@ use serde_json::Value;
 
 use crate::thrusters::{actuation, ends, flown, layout, limited, transfer};
 
-fn number(value: &Value) -> f64 {
+pub(crate) fn number(value: &Value) -> f64 {
     value.as_f64().expect("a number")
 }
 
-fn vector(value: &Value) -> Vector3<f64> {
+pub(crate) fn vector(value: &Value) -> Vector3<f64> {
     Vector3::from_fn(|i, _| number(&value[i]))
 }
 
@@ -34,9 +34,9 @@ fn numbers(value: &Value) -> Vec<f64> {
         .collect()
 }
 
-fn references(kind: &str) -> Vec<Value> {
+pub(crate) fn references(name: &str, kind: &str) -> Vec<Value> {
     let path = format!(
-        "{}/../../tests/truth/minimum_fuel.json",
+        "{}/../../tests/truth/{name}.json",
         env!("CARGO_MANIFEST_DIR")
     );
     let text = std::fs::read_to_string(&path).expect(&path);
@@ -88,7 +88,7 @@ fn orbit(
 
 #[test]
 fn transfers_of_a_point_cost_what_ipopt_finds() {
-    for case in references("orbits") {
+    for case in references("minimum_fuel", "orbits") {
         let end = |which: &str| [vector(&case[which][0]), vector(&case[which][1])];
         let n = case["N"].as_u64().expect("N") as usize;
         let [duration, limit, expected] = ["T", "limit", "fuel"].map(|key| number(&case[key]));
@@ -100,7 +100,7 @@ fn transfers_of_a_point_cost_what_ipopt_finds() {
 
 #[test]
 fn thrusters_of_a_rigid_body_cost_what_ipopt_finds() {
-    for case in references("bodies") {
+    for case in references("minimum_fuel", "bodies") {
         let inertia = Inertia::principal(vector(&case["inertia"]).into()).expect("inertia");
         let body = RigidBody::new(number(&case["mass"]), inertia, Vec::new()).expect("a body");
         let places = case["positions"].as_array().expect("positions").iter();

@@ -19,6 +19,7 @@ mod multistart;
 mod newton;
 mod own;
 mod processing;
+mod propellant;
 mod replan;
 mod sensitivity;
 mod sights;

@@ -23,7 +23,7 @@ fn body() -> RigidBody {
 }
 
 /// Two thrusters on each axis through a point off the center of mass push to both sides.
-fn pairs() -> Vec<Thruster> {
+pub(crate) fn pairs() -> Vec<Thruster> {
     let mut all = Vec::new();
     for axis in 0..3 {
         for side in [1.0, -1.0] {

@@ -271,6 +271,7 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
         .collect();
     let wheel = "[[bodies.wheels]]\nname = \"wheel\"\naxis = [0, 0, 1]\ninertia = 0.1";
     let with = "commands = \"thrusters\"";
+    let uses = &format!("{SECOND}\nexhaust_velocity = 2000\n[bodies.propellant]\nmass = 0.1");
     for (keys, second, expected) in [
         (
             "",
@@ -311,8 +312,23 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
         ),
         (
             with,
-            &format!("{SECOND}\nexhaust_velocity = 2000\n[bodies.propellant]\nmass = 0.1"),
-            "a plan keeps the mass constant",
+            &format!("{uses}\ninertia = [0.001, 0.001, 0.001]"),
+            "bodies.propellant.inertia",
+        ),
+        (
+            "commands = \"thrusters\"\nfinal_time = { min = 0.5, max = 1.0 }",
+            uses,
+            "maneuver.final_time",
+        ),
+        (
+            "commands = \"thrusters\"\ncost = \"fuel\"\nthruster_weight = 2",
+            uses,
+            "maneuver.thruster_weight",
+        ),
+        (
+            "commands = \"thrusters\"\ncost = \"fuel\"",
+            uses,
+            "one of every thruster, or of none",
         ),
         (
             &format!("{with}\nconstraints = [{{ kind = \"force_components\", limit = 1 }}]"),

@@ -185,6 +185,43 @@ fn the_chaser_burns_coasts_and_burns_at_minimum_fuel() {
     assert!(fuel(&energy) > 1.5 * fuel(&plan), "{}", fuel(&energy));
 }
 
+/// The scene's simulation makes of the plan the states and the mass of the plan, which costs the propellant that is missing then.
+#[test]
+fn the_chaser_loses_the_mass_that_its_plan_costs() {
+    let scene = shipped("propellant_transfer");
+    let transfer = scene.transfer().unwrap().unwrap();
+    let plan = plan(&scene);
+    let masses = plan.masses(&transfer);
+    let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+    let loads = vec![Load::default(); scene.bodies.len()];
+    for (k, command) in plan.commands.iter().enumerate() {
+        let body = &simulation.system().bodies()[1];
+        assert!((body.mass() - masses[k]).abs() < 1e-10, "step {k}");
+        let thrust: Vec<_> = command.iter().take(12).copied().collect();
+        simulation.set_thruster_commands(1, &thrust);
+        simulation.advance(&loads).unwrap();
+    }
+    let body = &simulation.system().bodies()[1];
+    let used = 150.0 - body.mass();
+    assert!(
+        used > 12.0 && (used / plan.cost - 1.0).abs() < 1e-6,
+        "{used}"
+    );
+    let miss = scene.miss_of(body, &simulation.states()[1]).unwrap();
+    let [position, attitude] = [0, 6].map(|row| miss.fixed_rows::<3>(row).norm());
+    assert!(
+        position < 1e-2 && attitude < 1e-5,
+        "{position:e} {attitude:e}"
+    );
+    let switching = plan.certificate.switching.unwrap();
+    assert!(switching.contradiction < 1e-3, "{switching}");
+    // It brakes with less than it has sped up with.
+    let impulse = |steps: std::ops::Range<usize>| -> f64 {
+        plan.commands[steps].iter().map(|w| w.sum()).sum()
+    };
+    assert!(impulse(0..75) > 1.04 * impulse(75..150));
+}
+
 /// The wheels whose torques the plan commands fly it, each within its limits.
 #[test]
 fn the_satellite_is_turned_to_its_target_by_its_wheels() {

@@ -47,6 +47,7 @@ const SHIPPED: [Shipped; 25] = [
     scene!("oblate_orbit", None),
     scene!("orbital_capture", Some((0, PUSH))),
     scene!("pendulum", None),
+    scene!("propellant_transfer", None),
     scene!("relative_orbit", None),
     scene!("rocks", None),
     scene!("slew_keep_out", Some((0, TURN))),

@@ -24,6 +24,7 @@ pub const SCENES: [(&str, &str); 25] = [
     shipped!("oblate_orbit"),
     shipped!("orbital_capture"),
     shipped!("pendulum"),
+    shipped!("propellant_transfer"),
     shipped!("relative_orbit"),
     shipped!("rocks"),
     shipped!("slew_keep_out"),

@@ -39,6 +39,7 @@ impl Planner {
             scheme: self.scheme,
             from: latest.clone(),
             sequences: self.sequences.clone(),
+            used_before: self.used_before,
         };
         Ok(Task {
             first_step,
@@ -132,6 +133,7 @@ impl Planner {
         self.course = self.follower.course();
         info!("the flight has restarted");
         self.sequences = self.initial.iter().cloned().collect();
+        self.used_before = 0.0;
         if let Some(replanner) = &mut self.replanner {
             replanner.begin_anew();
         }

@@ -28,6 +28,7 @@ use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
 const LATER: &str = "a plan for wheels can begin only at step 0: their momenta later are not known";
+const LIGHTER: &str = "a plan by thrusters that use propellant can begin only at step 0 here: how much is left later is not known";
 
 /// What is said of a plan whose certificate is not sufficient.
 pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \
@@ -197,12 +198,15 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     if maneuver.commands() == Commands::Wheels && task.first_step > 0 {
         return Err(Unsolved::new(Reason::Refused, LATER));
     }
-    let (initial, maneuver) = match &task.initial {
-        Initial::State(state) => (*state, Cow::Borrowed(maneuver)),
+    let (initial, propellant, maneuver) = match &task.initial {
+        Initial::State(_) if uses_propellant(scene, maneuver) && task.first_step > 0 => {
+            return Err(Unsolved::new(Reason::Refused, LIGHTER));
+        }
+        Initial::State(state) => (*state, None, Cow::Borrowed(maneuver)),
         #[cfg(feature = "node")]
         Initial::Forecast(forecast) => {
             let state = forecast.state(scene, maneuver.body, task.first_step);
-            let state = state.map_err(|error| refused(&error))?;
+            let (state, propellant) = state.map_err(|error| refused(&error))?;
             let now = Seen {
                 step: forecast.from.step,
                 states: forecast.from.states.clone(),
@@ -210,13 +214,14 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
             let seen = scene.maneuver_seen(&[now]);
             let seen = seen.map_err(|error| refused(&error))?;
             let maneuver = seen.map_or(Cow::Borrowed(maneuver), Cow::Owned);
-            (state, maneuver)
+            (state, propellant, maneuver)
         }
     };
     let problem = Problem {
         scene,
         maneuver: &maneuver,
         initial,
+        propellant,
     };
     let mut solved = match task.end {
         End::After(intervals) => {
@@ -243,6 +248,11 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     Ok(solved)
 }
 
+/// Whether a maneuver is planned with the propellant that its thrusters use.
+fn uses_propellant(scene: &Scene, maneuver: &Maneuver) -> bool {
+    maneuver.by_thrusters() && scene.bodies[maneuver.body].has_propellant()
+}
+
 /// The maneuver of a scene, from a state.
 #[derive(Clone, Copy)]
 struct Problem<'p> {
@@ -250,13 +260,21 @@ struct Problem<'p> {
     /// That of the scene, or as it is seen in flight.
     maneuver: &'p Maneuver,
     initial: BodyState,
+    /// The propellant that is left there, if that is not what the scene begins with.
+    propellant: Option<f64>,
 }
 
 impl Problem<'_> {
     fn transfer(&self, intervals: usize) -> Result<Transfer, Unsolved> {
-        self.scene
-            .transfer_of(self.maneuver, self.initial, intervals)
-            .map_err(|error| Unsolved::new(Reason::Refused, error))
+        let transfer = self
+            .scene
+            .transfer_of(self.maneuver, self.initial, intervals);
+        let left = self.propellant;
+        match left.filter(|_| uses_propellant(self.scene, self.maneuver)) {
+            Some(left) => transfer.and_then(|transfer| transfer.with_propellant(left)),
+            None => transfer,
+        }
+        .map_err(|error| Unsolved::new(Reason::Refused, error))
     }
 
     /// Solves one transfer.
@@ -425,6 +443,7 @@ impl From<PlanError> for Unsolved {
         let (reason, best) = match error {
             PlanError::Infeasible { .. }
             | PlanError::NotFound { .. }
+            | PlanError::Propellant { .. }
             | PlanError::WheelSpeed { .. } => (Reason::Infeasible, None),
             PlanError::Between { best, .. } | PlanError::Chance { best, .. } => {
                 (Reason::Infeasible, best)

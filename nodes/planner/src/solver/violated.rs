@@ -24,6 +24,8 @@ pub(crate) enum Violated {
         speed: f64,
         limit: f64,
     },
+    /// The propellant that there is.
+    Propellant { needed: f64, available: f64 },
 }
 
 /// What violates a constraint.
@@ -77,6 +79,9 @@ impl Violated {
                     limit,
                 });
             }
+            PlanError::Propellant { needed, available } => {
+                return Some(Self::Propellant { needed, available });
+            }
             _ => return None,
         };
         Some(Self::Constraint {
@@ -95,6 +100,13 @@ impl Violated {
                 by,
                 what,
             } => (number, step, by, what),
+            Self::Propellant { needed, available } => {
+                let [needed, available] = [needed, available].map(|mass| mass * scene.units.mass);
+                return format!(
+                    "the plan needs {needed:.6} kg of propellant, expected at most {available:.6} kg; a longer run or \
+                     `cost = \"fuel\"` may need less"
+                );
+            }
             Self::Speed {
                 wheel,
                 step,
@@ -190,6 +202,21 @@ mod tests {
         let expected =
             "violates corridor (maneuver.constraints[0]) by 25.000 % of its length at step 7";
         assert!(told.contains(expected), "{told}");
+    }
+
+    #[test]
+    fn propellant_that_is_missing_is_told_in_kilograms() {
+        let text = include_str!("../../../../scenes/propellant_transfer.toml");
+        let told = refused(
+            text,
+            "propellant = { mass = 25.0 }",
+            "propellant = { mass = 5.0 }",
+        );
+        let expected = "expected at most 5.000000 kg";
+        assert!(
+            told.contains("the plan needs 13.9") && told.contains(expected),
+            "{told}"
+        );
     }
 
     #[test]

@@ -86,6 +86,9 @@ impl<'t> Fastest<'t> {
         if transfer.actuation.is_of_wheels() {
             return Err(FinalTimeError::Wheels);
         }
+        if transfer.uses_propellant() {
+            return Err(FinalTimeError::Propellant);
+        }
         let priced = transfer.inequalities.prices().next().is_some();
         let beside = [
             (transfer.actuation.minimizes_fuel(), "a cost of fuel"),

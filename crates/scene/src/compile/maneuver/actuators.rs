@@ -5,7 +5,7 @@ use lgvi_control::{Actuation, ActuationError, Constraint, MAX_COMMANDS};
 use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::wheels::Wheels;
 
-use crate::file::{EachFile, ManeuverFile};
+use crate::file::{CostFile, EachFile, ManeuverFile};
 use crate::{Commands, SceneError, check};
 
 /// The actuation by actuators, and their limits.
@@ -13,18 +13,49 @@ type Actuators = (Actuation, Option<Constraint>);
 
 pub(super) fn thrusters(file: &ManeuverFile, all: &Thrusters) -> Result<Actuators, SceneError> {
     let thrusters = all.thrusters();
-    if let Some(one) = thrusters
-        .iter()
-        .find(|one| one.exhaust_velocity.is_finite())
-    {
-        let expected = "a body whose thrusters have none: a plan keeps the mass constant";
-        let key = "bodies.thrusters.exhaust_velocity";
-        return Err(SceneError::value(key, one.exhaust_velocity, expected));
-    }
     let limits: Vec<_> = thrusters.iter().map(|one| one.thrust).collect();
+    let limit = limit(&limits, CommandLimit::one_sided)?;
+    let flows: Vec<_> = thrusters
+        .iter()
+        .map(|one| one.exhaust_velocity.recip())
+        .collect();
     let by = |weights: &[f64]| Actuation::thrusters(all, weights);
-    let actuation = weighed(file, Commands::Thrusters, limits.len(), by)?;
-    Ok((actuation, Some(limit(&limits, CommandLimit::one_sided)?)))
+    if flows.iter().all(|flow| *flow == 0.0) || !check_propellant(file, all)? {
+        let actuation = weighed(file, Commands::Thrusters, limits.len(), by)?;
+        return Ok((actuation, Some(limit)));
+    }
+    let priced = |_: &[f64]| by(&flows);
+    let actuation = weighed(file, Commands::Thrusters, limits.len(), priced)?;
+    Ok((actuation, Some(limit)))
+}
+
+/// Checks a maneuver by thrusters that use propellant. Returns true if the flow is the price of their forces.
+fn check_propellant(file: &ManeuverFile, all: &Thrusters) -> Result<bool, SceneError> {
+    if all.propellant().inertia.is_some() {
+        let expected = "none where a plan commands the thrusters, which lets the body's inertia be in proportion to its mass";
+        let key = "bodies.propellant.inertia";
+        return Err(SceneError::value(key, "given", expected));
+    }
+    if file.final_time.is_some() {
+        let expected = "none where `commands` is \"thrusters\" that use propellant";
+        return Err(SceneError::value("maneuver.final_time", "given", expected));
+    }
+    if matches!(file.cost, CostFile::Energy) {
+        return Ok(false);
+    }
+    if let Some(weight) = &file.thruster_weight {
+        let expected =
+            "none where `cost` is \"fuel\" and thrusters use propellant, which is the cost";
+        let key = "maneuver.thruster_weight";
+        return Err(SceneError::value(key, weight.given(), expected));
+    }
+    let mut thrusters = all.thrusters().iter();
+    if thrusters.any(|one| one.exhaust_velocity.is_infinite()) {
+        let expected = "one of every thruster, or of none, where `cost` is \"fuel\"";
+        let key = "bodies.thrusters.exhaust_velocity";
+        return Err(SceneError::missing(key, expected));
+    }
+    Ok(true)
 }
 
 pub(super) fn wheels(file: &ManeuverFile, all: &Wheels) -> Result<Actuators, SceneError> {

@@ -1,0 +1,47 @@
+use lgvi_dynamics::Load;
+use nalgebra::DVector;
+
+/// What a plan makes of the transfer that is solved.
+pub(super) struct Along {
+    /// `ln(m/M)` in the middle of each step.
+    pub(super) masses: Vec<f64>,
+    /// The cost of mass flows in each step.
+    pub(super) costs: Vec<f64>,
+    /// Loads beside those of the commands.
+    pub(super) loads: Vec<[Load; 2]>,
+    /// The largest cost that prices and inequalities hold against a mass flow.
+    pub(super) size: f64,
+}
+
+impl Along {
+    /// The changes of the masses, and of the costs relative to their size.
+    pub(super) fn changes(&self, to: &Self) -> [f64; 2] {
+        let most = |[a, b]: [&[f64]; 2]| {
+            let each = a.iter().zip(b);
+            each.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        [
+            most([&self.masses, &to.masses]),
+            most([&self.costs, &to.costs]) / to.size,
+        ]
+    }
+
+    /// The masses and the costs in units of `size`.
+    pub(super) fn vector(&self, size: f64) -> DVector<f64> {
+        let costs = self.costs.iter().map(|cost| cost / size);
+        DVector::from_iterator(
+            2 * self.masses.len(),
+            self.masses.iter().copied().chain(costs),
+        )
+    }
+
+    /// The same with other masses and costs.
+    pub(super) fn at(self, vector: &DVector<f64>) -> Self {
+        let (masses, costs) = vector.as_slice().split_at(self.masses.len());
+        Self {
+            masses: masses.to_vec(),
+            costs: costs.iter().map(|cost| cost * self.size).collect(),
+            ..self
+        }
+    }
+}

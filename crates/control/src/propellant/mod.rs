@@ -1,0 +1,171 @@
+//! Plans by thrusters that use propellant.
+//!
+//! With the momenta in proportion to the mass, `γ̃ = γ M/m` and `Π̃ = Π M/m`, and the commands `w = F M/m`, where M is the mass
+//! with all propellant and m of the commands that in the middle of a step, a step of the body that loses mass is one of the
+//! constant mass M, because inertia and gravity are in proportion to the mass. The mass remains in the limits, `F ≤ F_max`, in
+//! the cost of the mass that is used, which loosens later limits, and in the Coriolis force and the jet damping of gas that
+//! leaves a body that turns. These are taken from a plan and the transfer is solved again, until they are those of its own plan.
+
+mod along;
+mod ejection;
+mod flight;
+mod masses;
+mod scaled;
+mod settle;
+
+use crate::multistart::{count, rank, search_stated};
+use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
+use crate::{Minimum, Plan, SearchSettings, Transfer, TransferError};
+use flight::fly;
+use masses::Masses;
+use scaled::Scaled;
+use settle::Settling;
+
+/// Relative change of the limits, and of the costs relative to the largest force of a condition, up to which they have settled.
+const SETTLED: [f64; 2] = [1e-8, 1e-6];
+/// Distance of the ends of a plan and of its flight, relative to the size of each quantity, up to which they are the same.
+const SAME: f64 = 1e-8;
+/// Largest number of times that the transfer is solved.
+const MOST: usize = 60;
+
+/// [`crate::solve`] for a transfer by thrusters that use propellant.
+pub(crate) fn solve(
+    transfer: &Transfer,
+    start: Start<'_>,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Plan, PlanError> {
+    let scaled = Scaled::new(transfer)?;
+    let mut made = [0; 2];
+    let mut plan = match start {
+        Start::Cold => None,
+        Start::Warm(plan) => scaled.entered(plan),
+    };
+    let mut along = match &plan {
+        Some(plan) if plan.commands.len() == transfer.intervals => scaled.along(plan)?,
+        _ => scaled.with_even_use(0.0),
+    };
+    let mut settling = Settling::default();
+    let mut lighter = plan.is_some();
+    let mut violation = f64::INFINITY;
+    for _ in 0..MOST {
+        let before = made;
+        let mut watch = |now: &Progress| {
+            made = [before[0] + now.iteration, before[1] + now.trials];
+            observe(&Progress {
+                iteration: made[0],
+                trials: made[1],
+                ..*now
+            })
+        };
+        let stated = scaled.stated(&along);
+        let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
+        let found = match solve_stated(&stated, start, settings, &mut watch) {
+            Ok(found) => found,
+            Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if !lighter => {
+                along = scaled.with_even_use(1.0);
+                lighter = true;
+                continue;
+            }
+            Err(error) => return Err(scaled.left_error(error)),
+        };
+        lighter = true;
+        let next = scaled.along(&found)?;
+        let changes = along.changes(&next);
+        violation = changes[0].max(changes[1]);
+        if changes[0] <= SETTLED[0] && changes[1] <= SETTLED[1] {
+            scaled.check_propellant(&found)?;
+            let states = fly(transfer, &scaled.forces(&found.commands))?;
+            let apart = scaled.distance(&stated, &found, &states);
+            if apart <= SAME.max(2.0 * found.certificate.terminal) {
+                return Ok(scaled.left(found, states, apart));
+            }
+            violation = apart;
+        }
+        let [x, result] = [along.vector(next.size), next.vector(next.size)];
+        let x = settling.next(&x, &result);
+        along = next.at(&x);
+        plan = Some(found);
+    }
+    let last = plan.map(|found| {
+        let states = found.states.clone();
+        scaled.left(found, states, violation)
+    });
+    Err(PlanError::NotConverged {
+        stationarity: last
+            .as_ref()
+            .map_or(f64::INFINITY, |plan| plan.certificate.stationarity),
+        best: last.map(Box::new),
+        iterations: made[0],
+        violation,
+        tolerance: SAME,
+    })
+}
+
+/// [`crate::search`] for a transfer by thrusters that use propellant, among the minima of a body that does not lose mass.
+pub(crate) fn search(
+    transfer: &Transfer,
+    settings: &SearchSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
+    let scaled = Scaled::new(transfer)?;
+    let stated = scaled.stated(&scaled.with_even_use(0.0));
+    let minima = search_stated(&stated, settings, &mut *observe)
+        .map_err(|error| scaled.left_error(error))?;
+    let mut found = Vec::new();
+    let mut failure = None;
+    for Minimum { plan, starts, .. } in minima {
+        let states = plan.states.clone();
+        let guess = scaled.left(plan, states, 0.0);
+        match solve(transfer, Start::Warm(&guess), &settings.newton, observe) {
+            Ok(plan) => count(&mut found, plan, starts),
+            Err(error) => {
+                let stopped = matches!(error, PlanError::Stopped { .. });
+                failure = failure.or(Some(error));
+                if stopped {
+                    break;
+                }
+            }
+        }
+    }
+    rank(&mut found);
+    match failure {
+        Some(error) if found.is_empty() => Err(error),
+        _ => Ok(found),
+    }
+}
+
+impl Transfer {
+    /// Whether the commands use propellant.
+    pub(crate) fn uses_propellant(&self) -> bool {
+        let thrusters = self.body.thrusters().into_iter();
+        let mut all = thrusters.flat_map(|thrusters| thrusters.thrusters());
+        self.actuation.is_fixed_to_body() && all.any(|one| one.exhaust_velocity.is_finite())
+    }
+
+    /// The transfer of a body that has so much propellant left at its start. The momenta of the target remain those of the body
+    /// with all its propellant.
+    ///
+    /// # Errors
+    /// Returns an error if there is more than the body can have, or if it is not a number ≥ 0.
+    pub fn with_propellant(mut self, left: f64) -> Result<Self, TransferError> {
+        let thrusters = self.body.thrusters();
+        let most = thrusters.map_or(0.0, |thrusters| thrusters.propellant().mass);
+        if !(0.0..=most).contains(&left) {
+            return Err(TransferError::Propellant { left, most });
+        }
+        self.body.set_propellant(left);
+        Ok(self)
+    }
+}
+
+impl Plan {
+    /// The masses of the body of `transfer`, by which it was planned, at `0 … N`.
+    pub fn masses(&self, transfer: &Transfer) -> Vec<f64> {
+        if transfer.uses_propellant() {
+            Masses::under(transfer, &self.commands).ends
+        } else {
+            vec![transfer.body.mass(); self.states.len()]
+        }
+    }
+}

@@ -3,7 +3,7 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 
 use super::fuel::Fuel;
 use super::row::Row;
-use super::set::{Barrier, StateRow};
+use super::set::{Barrier, StateRow, in_interval};
 use crate::newton::{Inequalities, Satisfied};
 
 /// The largest part of the distance to 0 or ρ that a multiplier covers in one step.
@@ -83,7 +83,8 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     ) {
         let count = self.commands.len();
         let rows = &mut self.command_rows[interval * count..(interval + 1) * count];
-        for (inequality, (row, slope)) in self.commands.iter().zip(rows) {
+        let all = in_interval(&self.commands, &self.restricts, &self.idle, interval);
+        for (inequality, (row, slope)) in all.zip(rows) {
             let penalty = self.schedule.penalty.of(inequality.price);
             row.model(&penalty, inequality.value(command));
             *slope = inequality.gradient(command);
@@ -127,7 +128,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let count = self.commands.len();
         let rows = &self.command_rows[interval * count..(interval + 1) * count];
         let mut force = SVector::zeros();
-        for (inequality, (row, _)) in self.commands.iter().zip(rows) {
+        for (inequality, (row, _)) in self.commands_in(interval).zip(rows) {
             let penalty = self.schedule.penalty.of(inequality.price);
             let y = row.multiplier_at(&penalty, inequality.value(command));
             force += y * inequality.gradient(command);
@@ -177,7 +178,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     fn merit(&self, interval: usize, state: &BodyState, command: &SVector<f64, U>) -> f64 {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
-        for inequality in &self.commands {
+        for inequality in self.commands_in(interval) {
             sum += penalty
                 .of(inequality.price)
                 .value(inequality.value(command));

@@ -4,6 +4,8 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
+use crate::problem::Off;
+use crate::discrete::linear::OwnInputs;
 use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature, command_rows};
 use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
@@ -81,7 +83,10 @@ fn step<const X: usize, const U: usize>(
             })
         }),
         after: blocks(rng, 0.3, false),
-        frames: (U > 6).then(|| [0, 1].map(|_| lgvi_lie::exp(&random(rng, 2.0)))),
+        own: (U > 6).then(|| OwnInputs {
+            frames: Some([0, 1].map(|_| lgvi_lie::exp(&random(rng, 2.0)))),
+            off: Off::NONE,
+        }),
     };
     let cross = |rng: &mut Rng| (U > 6).then(|| command_rows(&random::<3, U>(rng, 0.1)));
     let curvature = Curvature {

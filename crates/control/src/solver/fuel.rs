@@ -94,7 +94,7 @@ impl<C> Solver<'_, C> {
             let mut between = 0;
             for (k, own) in newton.iterate.commands.iter().enumerate() {
                 let command = self.class.widened(own);
-                let level = self.level_of(price, limits[price.commands.start], &command);
+                let level = self.level_of(price, limits[price.commands.start], k, &command);
                 let (_, by_command) = model.dynamics[k].backward(&model.inputs, &model.costates[k]);
                 let primer = -self.class.widened(&by_command);
                 let primer = match price.direction(&command) {
@@ -129,8 +129,9 @@ impl<C> Solver<'_, C> {
         Some(all)
     }
 
-    fn level_of(&self, price: &Price, limit: f64, command: &Command) -> Level {
-        let inequalities = &self.transfer.inequalities;
+    fn level_of(&self, price: &Price, limit: f64, step: usize, command: &Command) -> Level {
+        let (transfer, off) = (self.transfer, self.transfer.off(step));
+        let inequalities = &transfer.inequalities;
         if price.magnitude(command) <= CLOSE * limit {
             return Level::Off;
         }
@@ -145,7 +146,7 @@ impl<C> Solver<'_, C> {
         let mut hard = inequalities
             .command
             .iter()
-            .filter(|row| row.price.is_none());
+            .filter(|row| row.price.is_none() && row.restricts(step, transfer.intervals, off));
         let at_limit = hard.any(|row| alone(row) && row.value(command) > -CLOSE);
         if at_limit {
             Level::AtLimit

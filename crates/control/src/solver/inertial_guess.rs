@@ -78,6 +78,7 @@ fn free(transfer: &Transfer) -> Option<Transfer> {
     Some(Transfer {
         actuation,
         inequalities: InequalitySet::default(),
+        off: None,
         ..transfer.clone()
     })
 }

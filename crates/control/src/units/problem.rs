@@ -42,6 +42,7 @@ impl Units {
                 positions.collect()
             }),
             rounding: self.rounding(transfer),
+            off: transfer.off.clone(),
         })
     }
 

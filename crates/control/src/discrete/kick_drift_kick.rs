@@ -200,7 +200,10 @@ fn turned_force<const N: usize>(
 #[cold]
 #[inline(never)]
 fn shut(off: Off, curvature: &mut Curvature) {
-    let commands = [&mut curvature.before_commands, &mut curvature.after_commands];
+    let commands = [
+        &mut curvature.before_commands,
+        &mut curvature.after_commands,
+    ];
     for row in commands.into_iter().flatten().flatten() {
         let each = row.iter_mut().enumerate();
         each.filter(|(command, _)| off.contains(*command))

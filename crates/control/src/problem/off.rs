@@ -34,8 +34,7 @@ impl Off {
 
     /// Sets the numbers of these commands to zero.
     pub(crate) fn clear<const U: usize>(self, numbers: &mut SVector<f64, U>) {
-        self.each::<U>()
-            .for_each(|command| numbers[command] = 0.0);
+        self.each::<U>().for_each(|command| numbers[command] = 0.0);
     }
 
     /// Sets the columns of these commands to zero.
@@ -90,7 +89,9 @@ impl Transfer {
             None => vec![Off::NONE; self.intervals],
         };
         for off in &mut all[steps] {
-            *off = commands.iter().fold(*off, |off, command| off.with(*command));
+            *off = commands
+                .iter()
+                .fold(*off, |off, command| off.with(*command));
         }
         self.off = in_use(all);
         Ok(self)

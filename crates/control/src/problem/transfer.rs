@@ -92,7 +92,9 @@ pub enum TransferError {
         momenta: Vec<f64>,
     },
     /// Steps in which commands are off do not exist.
-    #[error("commands are off in steps {steps:?}, expected steps of the {intervals} of the transfer")]
+    #[error(
+        "commands are off in steps {steps:?}, expected steps of the {intervals} of the transfer"
+    )]
     OffSteps {
         /// The steps.
         steps: Range<usize>,

@@ -4,11 +4,11 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
-use crate::problem::Off;
 use crate::discrete::linear::OwnInputs;
 use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature, command_rows};
 use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
+use crate::problem::Off;
 
 fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f64, R, C> {
     SMatrix::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))

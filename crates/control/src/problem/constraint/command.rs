@@ -131,7 +131,9 @@ impl<const U: usize> CommandInequality<U> {
 
     /// Whether it restricts the commands of one of `intervals` steps, in which some are off.
     pub(crate) fn restricts(&self, step: usize, intervals: usize, off: Off) -> bool {
-        let holds = self.window.is_none_or(|window| window.holds_in(step, intervals));
+        let holds = self
+            .window
+            .is_none_or(|window| window.holds_in(step, intervals));
         let on = |command: usize| {
             let involved = self.linear[command] != 0.0 || self.hessian[(command, command)] != 0.0;
             involved && !off.contains(command)

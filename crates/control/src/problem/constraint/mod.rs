@@ -300,7 +300,9 @@ impl PartialEq for Constraint {
         match (self, other) {
             (Self::Priced(one), Self::Priced(other)) => one == other,
             (Self::During(one), Self::During(other)) => one == other,
-            (Self::Priced(_) | Self::During(_), _) | (_, Self::Priced(_) | Self::During(_)) => false,
+            (Self::Priced(_) | Self::During(_), _) | (_, Self::Priced(_) | Self::During(_)) => {
+                false
+            }
             (Self::Commands(constraint), _) => constraint.equals(other.any()),
             (Self::State(constraint), _) => constraint.equals(other.any()),
         }

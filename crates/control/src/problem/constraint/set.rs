@@ -67,7 +67,9 @@ impl InequalitySet {
         for (index, constraint) in constraints.iter().enumerate() {
             let price = constraint.price();
             let steps = constraint.steps();
-            let window = steps.as_ref().and_then(|steps| Window::new(steps, intervals));
+            let window = steps
+                .as_ref()
+                .and_then(|steps| Window::new(steps, intervals));
             if steps.is_some() && window.is_none() {
                 continue;
             }

@@ -135,7 +135,10 @@ fn a_constraint_that_moves_keeps_its_price_later() {
     let moved = Some(Constraint::state(moving.later(2.0)));
     assert_eq!(hard.later(4, 0.5), moved);
     let later = priced.later(4, 0.5).expect("a constraint");
-    assert_eq!((later.price(), Some(later.bare())), (Some(3.0), moved.as_ref()));
+    assert_eq!(
+        (later.price(), Some(later.bare())),
+        (Some(3.0), moved.as_ref())
+    );
     assert_eq!(all(1.0).later(4, 0.5), Some(all(1.0)));
     let during = priced.during(3..9).expect("steps");
     let later = during.later(4, 0.5).expect("a constraint");

@@ -6,7 +6,7 @@ use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::{BodyState, Load, Method};
 
-use crate::{Scene, Scheme};
+use crate::{Phase, Scene, Scheme, Stated};
 
 /// A controlled body that has to reach a target by the end of the run.
 #[derive(Clone, Debug, PartialEq)]
@@ -27,6 +27,8 @@ pub struct Maneuver {
     pub motion: Motion,
     /// Constraints along the path.
     pub constraints: Vec<Constraint>,
+    /// Phases that follow each other; none if the maneuver has a single leg.
+    pub phases: Vec<Phase>,
     /// The probability with which constraints on states hold, or `None` if they hold for the nominal flight.
     pub chances: Option<Chances>,
     /// The limits of the body's thrusters or wheels, if these are the commands.
@@ -197,17 +199,29 @@ impl Scene {
     }
 
     /// Returns the optimal control problem of the rest of a maneuver, from `initial` in `intervals` steps of the run,
-    /// or `None` without a maneuver.
+    /// or `None` without a maneuver. Phases whose lengths are to be found last for a share of their ranges.
     pub fn transfer_from(
         &self,
         initial: BodyState,
         intervals: usize,
     ) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
+        let switches = maneuver.proportional_switches(self.steps);
+        self.transfer_in_phases(initial, intervals, &switches)
+    }
+
+    /// [`Scene::transfer_from`] where the phases after the first begin at the steps `switches` of the run.
+    pub fn transfer_in_phases(
+        &self,
+        initial: BodyState,
+        intervals: usize,
+        switches: &[u64],
+    ) -> Option<Result<Transfer, TransferError>> {
+        let maneuver = self.maneuver.as_ref()?;
         // The rest of the run: constraints that change with time are those of then.
-        let start = self.h() * self.steps.saturating_sub(intervals as u64) as f64;
-        let all = maneuver.constraints.iter();
-        let constraints = all.map(|constraint| constraint.later(start));
+        let first_step = self.steps.saturating_sub(intervals as u64);
+        let all = self.constraints_from(first_step, switches).into_iter();
+        let constraints = all.map(|Stated { constraint, .. }| constraint);
         let constraints: Vec<_> = constraints.chain(maneuver.actuator_limit.clone()).collect();
         let transfer = Transfer::new(
             self.bodies[maneuver.body].body.clone(),
@@ -218,15 +232,23 @@ impl Scene {
             maneuver.target.clone(),
             maneuver.actuation.clone(),
         );
-        Some(transfer.map(|transfer| {
+        Some(transfer.and_then(|transfer| {
             let transfer = transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
                 .with_constraints(&constraints);
-            match maneuver.chances {
+            let transfer = match maneuver.chances {
                 Some(chances) => transfer.with_chances(chances),
                 None => transfer,
-            }
+            };
+            let mut schedule = maneuver.schedule(switches, self.steps);
+            schedule.try_fold(transfer, |transfer, (phase, bounds)| {
+                let [begin, end] = bounds.map(|step| step.saturating_sub(first_step) as usize);
+                match phase.off.is_empty() || begin == end {
+                    true => Ok(transfer),
+                    false => transfer.without_commands(begin..end, &phase.off),
+                }
+            })
         }))
     }
 

@@ -84,6 +84,7 @@ mod tests {
             initial: Initial::State(initial),
             end: End::After((scene.steps - first_step) as usize),
             guess: None,
+            switches: None,
         };
         let solved = solve(scene, &task, &mut |_| true).unwrap();
         Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, solved.plan)

@@ -9,6 +9,8 @@ use lgvi_msgs::stamp::StampError;
 use lgvi_scene::{Commands, Maneuver, Scene};
 use nalgebra::{SMatrix, Vector3};
 
+use crate::solver::Phased;
+
 /// A plan as it is flown: from a step on, with or without its feedback law.
 #[derive(Clone, Debug)]
 pub(crate) struct Sequence {
@@ -22,6 +24,8 @@ pub(crate) struct Sequence {
     pub(crate) commands: Commands,
     /// The number of thrusters or wheels that it commands; 0 if it commands force and moment.
     actuators: usize,
+    /// When its phases begin.
+    pub(crate) phased: Phased,
 }
 
 impl Sequence {
@@ -36,7 +40,13 @@ impl Sequence {
                 Commands::Thrusters | Commands::Wheels => maneuver.actuation.commands(),
             },
             plan: Arc::new(plan),
+            phased: Phased::default(),
         }
+    }
+
+    /// The sequence of a plan in these phases.
+    pub(crate) fn in_phases(self, phased: Phased) -> Self {
+        Self { phased, ..self }
     }
 
     /// The step at which it arrives.
@@ -240,6 +250,7 @@ mod tests {
             first_step: 20,
             initial: Initial::Forecast(Box::new(forecast)),
             end: End::After(40),
+            switches: None,
             guess: Some(Guess {
                 plan: first.plan.clone(),
                 flown: 20,
@@ -309,6 +320,7 @@ mod tests {
                 initial: Initial::State(scene.bodies[0].state),
                 end: End::After(60),
                 guess: None,
+                switches: None,
             };
             let plan = solve(&scene, &task, &mut |_| true).unwrap().plan;
             let sequence = Sequence::new(scene.maneuver.as_ref().unwrap(), 0, plan);

@@ -37,9 +37,9 @@ pub(super) fn solve(
     let whole = (minimum.final_time / scene.h() - ROUNDING).ceil() as u64;
     let mut steps = whole.clamp(min_steps, max_steps);
     let mut planned = |steps: u64, guess: &Plan| -> Result<Option<Plan>, Unsolved> {
-        let transfer = transfer(scene, initial, steps as usize)?;
+        let transfer = transfer(scene, initial, steps as usize, &[])?;
         let mut count = |now: &Iteration| observe(&tally.count(now));
-        match once(scene, &transfer, Some(guess), &mut count) {
+        match once(scene, &transfer, &[], Some(guess), &mut count) {
             Ok(Solved { plan, .. }) => Ok(Some(plan)),
             Err(unsolved) if is_missing(&unsolved) => Ok(None),
             Err(unsolved) => Err(unsolved),
@@ -67,7 +67,7 @@ pub(super) fn solve(
     }
     let remark = described(steps, min_steps, &minimum);
     info!("{remark}");
-    Ok(Solved { plan, remark })
+    Ok(Solved::new(plan, remark))
 }
 
 /// The plan of the shortest time, whatever number of steps of the run it is.
@@ -80,7 +80,7 @@ fn continuous(
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, super::NO_MANEUVER));
     };
-    let transfer = transfer(scene, initial, range.max_steps as usize)?;
+    let transfer = transfer(scene, initial, range.max_steps as usize, &[])?;
     let times = TimeRange {
         shortest: range.min_steps as f64 * scene.h(),
         longest: range.max_steps as f64 * scene.h(),
@@ -104,7 +104,7 @@ fn continuous(
             FinalTimeError::Plan { source, .. } | FinalTimeError::Unreached { source, .. } => {
                 let mut unsolved = Unsolved::from(*source);
                 unsolved.message = match &unsolved.violated {
-                    Some(violated) => violated.told(scene, maneuver),
+                    Some(violated) => violated.told(scene, maneuver, range.max_steps as usize, &[]),
                     None => message,
                 };
                 unsolved
@@ -205,7 +205,7 @@ mod tests {
     }
 
     fn steps(edits: &[(&str, &str)]) -> (usize, String) {
-        let Solved { plan, remark } = planned(edits).unwrap();
+        let Solved { plan, remark, .. } = planned(edits).unwrap();
         (plan.controls.len(), remark)
     }
 
@@ -233,7 +233,7 @@ mod tests {
         let text = include_str!("../../../../scenes/minimum_time_slew.toml");
         let scene = Scene::parse("minimum_time_slew", text).unwrap();
         let task = Task::whole(&scene, scene.maneuver.as_ref().unwrap());
-        let Solved { plan, remark } = solve(&scene, &task, &mut |_| true).unwrap();
+        let Solved { plan, remark, .. } = solve(&scene, &task, &mut |_| true).unwrap();
         assert_eq!(plan.controls.len(), 100, "{remark}");
         let inner = plan
             .controls

@@ -237,7 +237,7 @@ impl Constraint {
     }
 
     /// The constraint itself, without its price and its steps.
-    fn bare(&self) -> &Self {
+    pub fn bare(&self) -> &Self {
         match self {
             Self::Priced(priced) => priced.constraint.bare(),
             Self::During(during) => during.constraint.bare(),

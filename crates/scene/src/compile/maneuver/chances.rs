@@ -21,7 +21,7 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
     if let Some((other, _)) = others.iter().find(|(_, given)| *given) {
         return refused(format!("none beside `{other}`"));
     }
-    if maneuver.constraints.iter().all(|one| one.is_on_commands()) {
+    if maneuver.all_constraints().all(|one| one.is_on_commands()) {
         return refused("none without a constraint on states".into());
     }
     let uncertainty = match (&scene.ensemble, &scene.disturbance) {
@@ -59,7 +59,9 @@ fn check_ensemble(
         let body = scene.body_index(name);
         body.is_some_and(|body| ensemble.spreads[body] != Spread::default())
     };
-    let mut relative = file.constraints.iter().filter_map(|one| one.relative_to());
+    let mut relative = file
+        .all_constraints()
+        .filter_map(|(_, one)| one.relative_to());
     match relative.find(|relative| disperses(&relative.body)) {
         None => Ok(()),
         Some(relative) => {

@@ -93,6 +93,7 @@ scenes!(
     oblate_orbit,
     orbital_capture,
     pendulum,
+    phased_docking,
     relative_orbit,
     rocks,
     slew_keep_out,

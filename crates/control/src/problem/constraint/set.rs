@@ -122,6 +122,16 @@ impl InequalitySet {
         command_limits(&self.command)
     }
 
+    /// Those on states, at the ends of steps, if any of them holds in some steps only.
+    pub(crate) fn on_states_in_phases(&self) -> Option<Self> {
+        let mut state = self.state.iter();
+        state.any(|row| row.window.is_some()).then(|| Self {
+            command: Vec::new(),
+            state: self.state.clone(),
+            only_at_ends: true,
+        })
+    }
+
     /// True if there are no inequalities.
     pub(crate) fn is_empty(&self) -> bool {
         self.command.is_empty() && self.state.is_empty()

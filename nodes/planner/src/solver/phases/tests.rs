@@ -74,7 +74,7 @@ fn free() -> Scene {
 fn task(scene: &Scene, switches: Option<Vec<u64>>) -> Task {
     Task {
         first_step: 0,
-        initial: Initial::State(scene.bodies[0].state),
+        initial: Initial::State(scene.bodies[scene.maneuver.as_ref().unwrap().body].state),
         end: End::After(scene.steps as usize),
         guess: None,
         switches,

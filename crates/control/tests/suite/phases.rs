@@ -150,6 +150,26 @@ fn points_in_phases_cost_what_ipopt_finds() {
     }
 }
 
+/// All schedules of a problem whose switching times are free; where IPOPT finds no plan, there is none.
+#[test]
+fn all_schedules_of_a_problem_cost_what_ipopt_finds() {
+    let search = &references()["search"];
+    for row in list(&search["costs"]) {
+        let [first, second] = [0, 1].map(|at| number(&row[at]) as usize);
+        let n = number(&search["N"]) as usize;
+        let mut case = search.clone();
+        for (phase, steps) in [first, second - first, n - second].into_iter().enumerate() {
+            case["phases"][phase]["steps"] = Value::from(steps);
+        }
+        let (transfer, phases) = point(&case);
+        match (planned(&transfer), row[2].as_f64()) {
+            (Ok(plan), Some(cost)) => check(row, &plan, &phases, cost),
+            (Err(PlanError::NotFound { .. }), None) => (),
+            (found, expected) => panic!("{row}: {found:?} for {expected:?}"),
+        }
+    }
+}
+
 #[test]
 fn bodies_by_thrusters_in_phases_cost_what_ipopt_finds() {
     for case in list(&references()["bodies"]) {

@@ -10,10 +10,12 @@ use crate::assert_refused;
 use crate::shipped::{shipped, shipped_text};
 
 fn docking(edits: &[(&str, &str)]) -> String {
-    edits.iter().fold(shipped_text("phased_docking"), |text, (from, to)| {
-        assert!(text.contains(from), "{from}");
-        text.replace(from, to)
-    })
+    edits
+        .iter()
+        .fold(shipped_text("phased_docking"), |text, (from, to)| {
+            assert!(text.contains(from), "{from}");
+            text.replace(from, to)
+        })
 }
 
 #[test]
@@ -43,7 +45,10 @@ fn phases_are_whole_steps_with_constraints_and_commands_of_their_own() {
     assert_eq!(later.len(), 2, "those of phases that are over are gone");
 
     let by_name = docking(&[
-        ("actuators = [{ force = [1.0, 0.0, 0.0] }, { force = [0.0, 1.0, 0.0] }, { force = [0.0, 0.0, 1.0] }]\n", ""),
+        (
+            "actuators = [{ force = [1.0, 0.0, 0.0] }, { force = [0.0, 1.0, 0.0] }, { force = [0.0, 0.0, 1.0] }]\n",
+            "",
+        ),
         ("off = [0]", "off = [\"force\"]"),
         ("duration = { min = 20.0, max = 60.0 }\n", ""),
     ]);
@@ -57,33 +62,96 @@ fn phases_are_whole_steps_with_constraints_and_commands_of_their_own() {
 fn phases_that_cannot_be_are_refused_by_key() {
     let hold = "duration = 20.0";
     for (edits, parts) in [
-        (&[(hold, "duration = 20.5")][..], &["`maneuver.phases[1].duration` is 20.5", "a whole number of steps of 1"][..]),
-        (&[(hold, "duration = 0.0")], &["`maneuver.phases[1].duration` is 0.0"]),
-        (&[(hold, "")], &["`maneuver.phases[1].duration` is missing", "but the last"]),
-        (&[(hold, "duration = 170.0")], &["`maneuver.phases` is 250 to 380 steps in all", "the 180 steps of the run"]),
-        (&[("max = 60.0", "max = 15.0")], &["`maneuver.phases[2].duration` is [20.0, 15.0]", "whole number"]),
-        (&[("\"hold\"", "\"approach\"")], &["`maneuver.phases[1].name` is \"approach\"", "no earlier phase"]),
-        (&[("\"hold\"", "\" \"")], &["`maneuver.phases[1].name`", "a name"]),
-        (&[("off = [0]", "off = [3]")], &["`maneuver.phases[2].off` is 3", "from 0 to 2"]),
-        (&[("off = [0]", "off = [\"x\"]")], &["`maneuver.phases[2].off`", "the numbers of actuators"]),
-        (&[("radius = 1.0", "radius = -1.0")], &["`maneuver.phases[1].constraints[0].radius` is -1.0", "> 0"]),
         (
-            &[("motion = \"translation\"", "motion = \"translation\"\nfinal_time = { min = 100.0 }")],
+            &[(hold, "duration = 20.5")][..],
+            &[
+                "`maneuver.phases[1].duration` is 20.5",
+                "a whole number of steps of 1",
+            ][..],
+        ),
+        (
+            &[(hold, "duration = 0.0")],
+            &["`maneuver.phases[1].duration` is 0.0"],
+        ),
+        (
+            &[(hold, "")],
+            &["`maneuver.phases[1].duration` is missing", "but the last"],
+        ),
+        (
+            &[(hold, "duration = 170.0")],
+            &[
+                "`maneuver.phases` is 250 to 380 steps in all",
+                "the 180 steps of the run",
+            ],
+        ),
+        (
+            &[("max = 60.0", "max = 15.0")],
+            &[
+                "`maneuver.phases[2].duration` is [20.0, 15.0]",
+                "whole number",
+            ],
+        ),
+        (
+            &[("\"hold\"", "\"approach\"")],
+            &[
+                "`maneuver.phases[1].name` is \"approach\"",
+                "no earlier phase",
+            ],
+        ),
+        (
+            &[("\"hold\"", "\" \"")],
+            &["`maneuver.phases[1].name`", "a name"],
+        ),
+        (
+            &[("off = [0]", "off = [3]")],
+            &["`maneuver.phases[2].off` is 3", "from 0 to 2"],
+        ),
+        (
+            &[("off = [0]", "off = [\"x\"]")],
+            &["`maneuver.phases[2].off`", "the numbers of actuators"],
+        ),
+        (
+            &[("radius = 1.0", "radius = -1.0")],
+            &["`maneuver.phases[1].constraints[0].radius` is -1.0", "> 0"],
+        ),
+        (
+            &[(
+                "motion = \"translation\"",
+                "motion = \"translation\"\nfinal_time = { min = 100.0 }",
+            )],
             &["`maneuver.final_time`", "none beside `phases`"],
         ),
         (
-            &[("motion = \"translation\"", "motion = \"translation\"\nsearch = { starts = 3 }")],
+            &[(
+                "motion = \"translation\"",
+                "motion = \"translation\"\nsearch = { starts = 3 }",
+            )],
             &["`maneuver.search`", "lengths are to be found"],
         ),
         (
             &[
-                ("motion = \"translation\"", "motion = \"translation\"\nfeedback = true"),
-                ("kind = \"keep_out_sphere\"", "kind = \"force_norm\"\nlimit = 3.0\n[[maneuver.phases.constraints]]\nkind = \"keep_out_sphere\""),
+                (
+                    "motion = \"translation\"",
+                    "motion = \"translation\"\nfeedback = true",
+                ),
+                (
+                    "kind = \"keep_out_sphere\"",
+                    "kind = \"force_norm\"\nlimit = 3.0\n[[maneuver.phases.constraints]]\nkind = \"keep_out_sphere\"",
+                ),
             ],
             &["`maneuver.feedback`", "limits in `maneuver.phases[0]`"],
         ),
         (
-            &[("motion = \"translation\"", "motion = \"translation\"\ncost = \"fuel\""), ("kind = \"commands\"\nlimit = 25.0 ", "kind = \"speed\"\nlimit = 25.0 ")],
+            &[
+                (
+                    "motion = \"translation\"",
+                    "motion = \"translation\"\ncost = \"fuel\"",
+                ),
+                (
+                    "kind = \"commands\"\nlimit = 25.0 ",
+                    "kind = \"speed\"\nlimit = 25.0 ",
+                ),
+            ],
             &["`maneuver.cost`", "limits command 0"],
         ),
     ] {
@@ -95,10 +163,15 @@ fn phases_that_cannot_be_are_refused_by_key() {
 fn drawn(rng: &mut fastrand::Rng) -> String {
     let mut between = |low: f64, high: f64| low + (high - low) * rng.f64();
     let radius = 6.378e6 + between(350e3, 1200e3);
-    let [far, up, side] = [between(40.0, 120.0), between(-10.0, 10.0), between(-10.0, 10.0)];
+    let [far, up, side] = [
+        between(40.0, 120.0),
+        between(-10.0, 10.0),
+        between(-10.0, 10.0),
+    ];
     let (hold, ball) = (between(10.0, 18.0), between(0.5, 2.0));
     let duration = between(300.0, 900.0).round();
-    let [coast, approach, pause] = [0.1, 0.4, 0.15].map(|part| (0.2 * part * duration).round() * 5.0);
+    let [coast, approach, pause] =
+        [0.1, 0.4, 0.15].map(|part| (0.2 * part * duration).round() * 5.0);
     format!(
         "title = \"Approach\"\n[run]\nduration = {duration}\nsteps = {duration}\nintegrator = \"lgvi\"\n\
          [gravity.central]\nbody = \"earth\"\n[[bodies]]\nname = \"station\"\nmass = 1900\ninertia = [1600, 2500, 2900]\n\
@@ -131,9 +204,15 @@ fn phases_in_a_low_orbit_are_planned_and_flown() {
         let scene = Scene::parse("test", &text).unwrap_or_else(|error| panic!("{text}: {error}"));
         let maneuver = scene.maneuver.as_ref().unwrap();
         let plan = solved(&scene.transfer().unwrap().unwrap());
-        assert!(plan.certificate.sufficient, "{round}: {:?}", plan.certificate);
+        assert!(
+            plan.certificate.sufficient,
+            "{round}: {:?}",
+            plan.certificate
+        );
         let switches = maneuver.proportional_switches(scene.steps);
-        let sphere = maneuver.phases[2].constraints[0].in_frame::<KeepInSphere>().unwrap();
+        let sphere = maneuver.phases[2].constraints[0]
+            .in_frame::<KeepInSphere>()
+            .unwrap();
         let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
         let mut states: Vec<BodyState> = vec![simulation.states()[1]];
         for control in &plan.controls {
@@ -145,7 +224,9 @@ fn phases_in_a_low_orbit_are_planned_and_flown() {
         }
         let mut nearest = 0.0_f64;
         for step in switches[1]..=switches[2] {
-            let seen = sphere.pose(scene.h() * step as f64).seen(&states[step as usize].position);
+            let seen = sphere
+                .pose(scene.h() * step as f64)
+                .seen(&states[step as usize].position);
             let distance = (seen - sphere.constraint.center()).norm();
             nearest = nearest.max(distance / sphere.constraint.radius());
         }

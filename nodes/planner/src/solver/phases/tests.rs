@@ -11,6 +11,11 @@ fn reference() -> Value {
 
 /// The problem of the reference, with these durations of its phases.
 fn scene(durations: [&str; 3]) -> Scene {
+    with(durations, "", "")
+}
+
+/// With further keys of the maneuver, and further tables.
+fn with(durations: [&str; 3], keys: &str, tables: &str) -> Scene {
     let case = reference();
     let [start, end, phases] = ["start", "end", "phases"].map(|key| &case[key]);
     let ball = &phases[1]["keep_in_sphere"];
@@ -37,6 +42,7 @@ fn scene(durations: [&str; 3]) -> Scene {
         [maneuver]
         body = "craft"
         motion = "translation"
+        {keys}
         actuators = [{{ force = [1, 0, 0] }}, {{ force = [0, 1, 0] }}, {{ force = [0, 0, 1] }}]
         [maneuver.target]
         position = {}
@@ -53,6 +59,7 @@ fn scene(durations: [&str; 3]) -> Scene {
         {third}
         off = [2]
         constraints = [{{ kind = "speed", limit = {speed:?} }}]
+        {tables}
         "#,
         start[0], start[1], end[0], end[1], ball[0], ball[1]
     );
@@ -182,4 +189,83 @@ fn phases_that_contradict_each_other_are_told_by_name() {
     let weak = told(&scene);
     let expected = "exert 0 of 3 independent forces and moments";
     assert!(weak.message.contains(expected), "{}", weak.message);
+}
+
+const FIXED: [&str; 3] = ["duration = 2.75", "duration = 1.0", ""];
+
+/// A search and constraints that hold with a probability go with phases of fixed lengths.
+#[test]
+fn a_search_and_a_confidence_go_with_phases() {
+    let plain = planned(&scene(FIXED), None).unwrap().plan;
+    let searched = planned(&with(FIXED, "search = { starts = 4 }", ""), None).unwrap();
+    assert!(searched.plan.cost <= plain.cost * (1.0 + 1e-7));
+    assert_eq!(searched.phased.switches, [11, 15]);
+    let deviations = "[disturbance]\nseed = 1\nposition = 0.02\nvelocity = 0.01";
+    let sure = with(FIXED, "confidence = 0.95\nfeedback = true", deviations);
+    let sure = planned(&sure, None).unwrap().plan;
+    assert!(
+        sure.cost > plain.cost * 1.001,
+        "{} {}",
+        sure.cost,
+        plain.cost
+    );
+    let ball = |plan: &Plan| {
+        let center = nalgebra::Vector3::new(-1.2, 0.3, 0.0);
+        let out = plan.states[11..=15]
+            .iter()
+            .map(|state| (state.position - center).norm());
+        out.fold(0.0, f64::max)
+    };
+    // The plan keeps a distance from the sphere's surface that its deviations need.
+    assert!(
+        ball(&plain) > 0.2499 && ball(&sure) < 0.24,
+        "{}",
+        ball(&sure)
+    );
+}
+
+/// The rest of a plan in flight begins its phases as planned, from a state that is a little off.
+#[test]
+fn a_plan_in_flight_keeps_the_phases() {
+    let scene = free();
+    let whole = crate::plan(&scene, &mut |_| true).unwrap();
+    assert_eq!(whole.switches(), [11, 15]);
+    for step in [5, 13, 18] {
+        let mut state = whole.solution().states[step];
+        state.position.x += 1e-3;
+        let rest = crate::plan_rest(&scene, (step as u64, state), Some(&whole), &mut |_| true);
+        let rest = rest.unwrap();
+        assert_eq!((rest.switches(), rest.arrival()), (whole.switches(), 24));
+        let commands = rest
+            .solution()
+            .commands
+            .iter()
+            .skip(15_usize.saturating_sub(step));
+        assert!(commands.into_iter().all(|command| command[2] == 0.0));
+        let apart = rest
+            .solution()
+            .states
+            .iter()
+            .zip(&whole.solution().states[step..]);
+        let farthest = apart.map(|(one, other)| (one.position - other.position).norm());
+        assert!(farthest.fold(0.0, f64::max) < 0.02);
+    }
+}
+
+/// A wheel that rests in a phase is commanded nothing there, and the others bring the body to its target.
+#[test]
+fn wheels_rest_in_a_phase() {
+    let text = include_str!("../../../../../scenes/wheel_slew_plan.toml");
+    let text = text.replace("steps = 600", "steps = 120").replace(
+        "[maneuver.target]",
+        "phases = [{ name = \"turn\", duration = 20.0 }, { name = \"rest\", duration = 20.0, off = [\"wheel_2\"] }, { name = \"stop\" }]\n\
+         [maneuver.target]",
+    );
+    let scene = Scene::parse("test", &text).unwrap();
+    let solved = planned(&scene, None).unwrap();
+    assert_eq!(solved.phased.switches, [40, 80]);
+    assert!(solved.plan.certificate.terminal < 1e-9);
+    let [rest, others] = [40..80, 0..40].map(|steps| solved.plan.commands[steps].iter());
+    assert!(rest.into_iter().all(|command| command[1] == 0.0));
+    assert!(others.into_iter().any(|command| command[1] != 0.0));
 }

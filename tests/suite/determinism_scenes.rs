@@ -93,6 +93,7 @@ scenes!(
     oblate_orbit,
     orbital_capture,
     pendulum,
+    phased_docking,
     propellant_transfer,
     relative_orbit,
     rocks,

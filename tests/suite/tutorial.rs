@@ -75,6 +75,13 @@ fn every_command_of_the_page_on_minimum_fuel_runs() {
 }
 
 #[test]
+fn every_command_of_the_page_on_phases_runs() {
+    let world = World::new();
+    let directory = run(&world, "howto/phases.md");
+    assert!(directory.join("flights/phases/flight.svg").exists());
+}
+
+#[test]
 fn every_command_of_the_page_on_uncertainty_runs() {
     let world = World::new();
     let directory = run(&world, "howto/uncertainty.md");

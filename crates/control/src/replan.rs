@@ -43,6 +43,7 @@ impl Transfer {
             intervals: self.intervals - step,
             initial: state,
             inequalities: self.inequalities.later(self.h, step),
+            off: self.off_after(step),
             ..self.clone()
         })
     }

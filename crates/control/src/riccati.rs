@@ -13,6 +13,7 @@ use fearless_simd::Level;
 use nalgebra::{SMatrix, SVector};
 
 use crate::discrete::{Curvature, Inputs, Linearization};
+use crate::problem::Off;
 
 /// A quadratic model of a stage: that of its step, and `½ zᵀ H_zz z + vᵀ H_vz z + ½ vᵀ H_vv v + g_z · z + g_v · v`.
 #[derive(Clone, Debug)]
@@ -45,6 +46,15 @@ impl<const X: usize, const U: usize> StageModel<X, U> {
             command_gradient: SVector::zeros(),
             defect: SVector::zeros(),
         }
+    }
+
+    /// Leaves commands that are off out: they stay where they are, and cost their `weight` alone.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn shut(&mut self, off: Off, weight: &SMatrix<f64, U, U>) {
+        off.clear_rows(&mut self.mixed);
+        off.decouple(&mut self.command, |command| weight[(command, command)]);
+        off.clear(&mut self.command_gradient);
     }
 }
 

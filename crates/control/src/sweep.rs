@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::SVector;
 
 use crate::newton::Policies;
-use crate::problem::{Effects, Weight};
+use crate::problem::{Effects, Off, Weight};
 use crate::units::Units;
 use crate::{Comparable, Dynamics, Motion, Terminal, Transfer};
 
@@ -32,6 +32,8 @@ struct Found {
     nu: SVector<f64, 12>,
     /// How far the plan may be from the one that the policies were computed for.
     strayed: f64,
+    /// The commands that are off in the steps of the policies; empty if none ever is.
+    off: Vec<Off>,
 }
 
 /// What two transfers have in common if one is the rest of the other from another state, in the units in which they are
@@ -67,7 +69,17 @@ impl PartialEq for Found {
         let rest = |it: &Self| (it.units, it.flown, it.nu, it.strayed);
         self.problem == other.problem
             && rest(self) == rest(other)
+            && self.off == other.off
             && self.policies.equals(&*other.policies as &dyn Any)
+    }
+}
+
+impl Found {
+    /// Whether the same commands are off in the steps that are left as in those of `transfer`.
+    fn has_off(&self, transfer: &Transfer) -> bool {
+        let rest = self.off.get(self.flown..).unwrap_or_default();
+        let none = transfer.off.is_none() && rest.iter().all(|off| off.is_none());
+        none || rest == transfer.off_by_step(Some)
     }
 }
 
@@ -110,6 +122,7 @@ impl Sweep {
             flown: 0,
             nu: wide(nu),
             strayed,
+            off: transfer.off_by_step(Some),
         };
         Self { found: Some(found) }
     }
@@ -124,7 +137,8 @@ impl Sweep {
         let policies = &*found.policies as &dyn Any;
         let all = policies.downcast_ref::<Policies<X, U>>()?;
         let fits = all.stages.len() == found.flown + transfer.intervals
-            && found.problem == Similar::of(transfer);
+            && found.problem == Similar::of(transfer)
+            && found.has_off(transfer);
         fits.then(|| Known {
             policies: all.rest(found.flown),
             units: found.units,

@@ -6,6 +6,7 @@ mod docking;
 mod ensemble;
 mod frame;
 mod maneuver;
+mod phase;
 mod sensor;
 
 use serde::Deserialize;
@@ -24,6 +25,7 @@ pub(crate) use maneuver::{
     WeightFile,
 };
 
+pub(crate) use phase::{OffFile, PhaseDurationFile, PhaseFile};
 pub(crate) use sensor::{ExclusionFile, InertialErrorsFile, SensorFile};
 
 use crate::chosen::ChosenFile;

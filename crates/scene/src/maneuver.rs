@@ -9,7 +9,7 @@ use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::{BodyState, Load, Method};
 
 use crate::compile::Relative;
-use crate::{Scene, Scheme};
+use crate::{Phase, Scene, Scheme, Stated};
 
 /// A controlled body that has to reach a target by the end of the run.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +32,8 @@ pub struct Maneuver {
     pub motion: Motion,
     /// Constraints along the path.
     pub constraints: Vec<Constraint>,
+    /// Phases that follow each other; none if the maneuver has a single leg.
+    pub phases: Vec<Phase>,
     /// The probability with which constraints on states hold, or `None` if they hold for the nominal flight.
     pub chances: Option<Chances>,
     /// The limits of the body's thrusters or wheels, if these are the commands.
@@ -207,27 +209,32 @@ impl Scene {
     }
 
     /// Returns the optimal control problem of the rest of a maneuver, from `initial` in `intervals` steps of the run,
-    /// or `None` without a maneuver.
+    /// or `None` without a maneuver. Phases whose lengths are to be found last for a share of their ranges.
     pub fn transfer_from(
         &self,
         initial: BodyState,
         intervals: usize,
     ) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
-        Some(self.transfer_of(maneuver, initial, intervals))
+        let switches = maneuver.proportional_switches(self.steps);
+        Some(self.transfer_of(maneuver, initial, intervals, &switches))
     }
 
-    /// Returns [`Scene::transfer_from`] of a maneuver of the scene that has been [predicted anew](Scene::maneuver_seen).
+    /// Returns [`Scene::transfer_from`] of a maneuver of the scene that may have been [predicted anew](Scene::maneuver_seen),
+    /// whose phases after the first begin at the steps `switches` of the run.
     pub fn transfer_of(
         &self,
         maneuver: &Maneuver,
         initial: BodyState,
         intervals: usize,
+        switches: &[u64],
     ) -> Result<Transfer, TransferError> {
         // The rest of the run: constraints that change with time are those of then.
-        let start = self.h() * self.steps.saturating_sub(intervals as u64) as f64;
-        let all = maneuver.constraints.iter();
-        let constraints = all.map(|constraint| constraint.later(start));
+        let first_step = self.steps.saturating_sub(intervals as u64);
+        let all = self
+            .constraints_from(maneuver, first_step, switches)
+            .into_iter();
+        let constraints = all.map(|Stated { constraint, .. }| constraint);
         let constraints: Vec<_> = constraints.chain(maneuver.actuator_limit.clone()).collect();
         let transfer = Transfer::new(
             self.bodies[maneuver.body].body.clone(),
@@ -238,15 +245,23 @@ impl Scene {
             maneuver.target.clone(),
             maneuver.actuation.clone(),
         );
-        transfer.map(|transfer| {
+        transfer.and_then(|transfer| {
             let transfer = transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
                 .with_constraints(&constraints);
-            match maneuver.chances {
+            let transfer = match maneuver.chances {
                 Some(chances) => transfer.with_chances(chances),
                 None => transfer,
-            }
+            };
+            let mut schedule = maneuver.schedule(switches, self.steps);
+            schedule.try_fold(transfer, |transfer, (phase, bounds)| {
+                let [begin, end] = bounds.map(|step| step.saturating_sub(first_step) as usize);
+                match phase.off.is_empty() || begin == end {
+                    true => Ok(transfer),
+                    false => transfer.without_commands(begin..end, &phase.off),
+                }
+            })
         })
     }
 

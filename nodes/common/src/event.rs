@@ -106,6 +106,31 @@ pub struct PlanReport {
     pub violation: f64,
     /// Objective.
     pub cost: f64,
+    /// The phases of a plan that is made, if the maneuver has any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phases: Option<PhasesReport>,
+}
+
+/// The phases of a plan, and what it took to find their lengths.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct PhasesReport {
+    /// Each phase, in their order.
+    pub legs: Vec<PhaseReport>,
+    /// Number of schedules that were planned.
+    pub schedules: u32,
+    /// Number of times that a transfer was solved.
+    pub solves: u32,
+}
+
+/// A phase of a plan.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct PhaseReport {
+    /// Its name.
+    pub name: String,
+    /// The step that it begins at.
+    pub first_step: u64,
+    /// Number of steps that it lasts.
+    pub steps: u64,
 }
 
 /// What has come of planning anew in flight, once.

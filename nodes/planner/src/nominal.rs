@@ -82,6 +82,7 @@ pub fn plan_rest(
         initial: Initial::State(state),
         end: End::After(intervals as usize),
         guess: warm.and_then(guess),
+        switches: warm.map(|warm| warm.switches().to_vec()),
     };
     made(scene, &task, go_on)
 }
@@ -99,9 +100,13 @@ fn made(
     go_on: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<NominalPlan, NoPlan> {
     let maneuver = scene.maneuver.as_ref().ok_or_else(no_maneuver)?;
-    let Solved { plan, remark } = solve(scene, task, go_on)?;
+    let Solved {
+        plan,
+        remark,
+        phased,
+    } = solve(scene, task, go_on)?;
     Ok(NominalPlan {
-        sequence: Sequence::new(maneuver, task.first_step, plan),
+        sequence: Sequence::new(maneuver, task.first_step, plan).in_phases(phased),
         remark,
     })
 }
@@ -115,6 +120,11 @@ impl NominalPlan {
     /// The step at which it arrives.
     pub fn arrival(&self) -> u64 {
         self.sequence.arrival()
+    }
+
+    /// The steps of the run at which the phases after the first begin; empty if the maneuver has none.
+    pub fn switches(&self) -> &[u64] {
+        &self.sequence.phased.switches
     }
 
     /// Its states, controls, gains and certificate, in the scene's units.

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use lgvi_common::{Event, PlanReport, Warning, WarningCode};
+use lgvi_common::{Event, PhaseReport, PhasesReport, PlanReport, Warning, WarningCode};
 use lgvi_control::Plan;
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::report::Reporter;
@@ -22,7 +22,7 @@ use crate::monitor::Monitor;
 use crate::outlet::{Outlet, PATIENCE};
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
-use crate::solver::{Iteration, NOT_MINIMUM, Reason, Solved, Task, Unsolved};
+use crate::solver::{Iteration, NOT_MINIMUM, Phased, Reason, Solved, Task, Unsolved};
 use crate::worker::{Stop, Update, Worker};
 
 /// How long the worker is listened to before states, goals and the shutdown are looked after.
@@ -245,8 +245,13 @@ impl Planner {
         self.outlet.progress(message);
     }
 
-    fn publish(&mut self, first_step: u64, plan: Plan) -> Result<Sequence, NodeError> {
-        let sequence = Sequence::new(&self.maneuver, first_step, plan);
+    fn publish(
+        &mut self,
+        first_step: u64,
+        plan: Plan,
+        phased: Phased,
+    ) -> Result<Sequence, NodeError> {
+        let sequence = Sequence::new(&self.maneuver, first_step, plan).in_phases(phased);
         self.outlet
             .plan(&self.scene, self.maneuver.body, &sequence)?;
         // As the propagator does: the later one takes the place of those that would begin after it.
@@ -285,8 +290,8 @@ impl Planner {
         current: &Current,
         ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
-        let plan = match ended {
-            Ok(solved) => solved.plan,
+        let Solved { plan, phased, .. } = match ended {
+            Ok(solved) => solved,
             Err(Unsolved {
                 reason, message, ..
             }) => {
@@ -301,7 +306,7 @@ impl Planner {
             }
         };
         let seconds = current.began.elapsed().as_secs_f64();
-        let sequence = self.publish(current.first_step, plan)?;
+        let sequence = self.publish(current.first_step, plan, phased)?;
         // The flight has begun: where it waits for no plan, acknowledgments are waited for when it is over.
         if self.replanner.is_none() || self.in_lockstep() {
             self.account(PATIENCE);
@@ -326,11 +331,33 @@ impl Planner {
         if !sufficient {
             Warning::new(WarningCode::NotMinimum, NOT_MINIMUM).tell(&node.events);
         }
+        let phases = self.phases(&sequence.phased);
         self.report(Event::Planned {
-            plan: report(&current.last),
+            plan: PlanReport {
+                phases,
+                ..report(&current.last)
+            },
             seconds,
         });
         Ok(())
+    }
+}
+
+impl Planner {
+    /// The phases of a plan, if the maneuver has any.
+    fn phases(&self, phased: &Phased) -> Option<PhasesReport> {
+        let schedule = self.maneuver.schedule(&phased.switches, self.scene.steps);
+        let legs = schedule.map(|(phase, [first_step, end])| PhaseReport {
+            name: phase.name.clone(),
+            first_step,
+            steps: end - first_step,
+        });
+        let legs: Vec<_> = legs.collect();
+        (!legs.is_empty()).then_some(PhasesReport {
+            legs,
+            schedules: phased.schedules,
+            solves: phased.solves,
+        })
     }
 }
 
@@ -340,5 +367,6 @@ fn report(now: &Iteration) -> PlanReport {
         trials: now.trials,
         violation: now.violation,
         cost: now.cost,
+        phases: None,
     }
 }

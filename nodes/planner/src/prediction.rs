@@ -119,6 +119,7 @@ mod tests {
             initial: Initial::State(initial),
             end: End::After((scene.steps - first_step) as usize),
             guess: None,
+            switches: None,
         };
         let solved = solve(scene, &task, &mut |_| true).unwrap();
         Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, solved.plan)
@@ -212,6 +213,7 @@ mod tests {
                         plan: last.plan.clone(),
                         flown: (first_step - last.first_step) as usize,
                     }),
+                    switches: None,
                 };
                 let solved = solve(scene, &task, &mut |_| true)
                     .unwrap_or_else(|unsolved| panic!("{first_step}: {}", unsolved.message));

@@ -10,6 +10,8 @@ use lgvi_msgs::stamp::StampError;
 use lgvi_scene::{Commands, Maneuver, Scene};
 use nalgebra::{SMatrix, Vector3};
 
+use crate::solver::Phased;
+
 /// A plan as it is flown: from a step on, with or without its feedback law.
 #[derive(Clone, Debug)]
 pub(crate) struct Sequence {
@@ -23,6 +25,8 @@ pub(crate) struct Sequence {
     pub(crate) commands: Commands,
     /// The number of thrusters or wheels that it commands; 0 if it commands force and moment.
     actuators: usize,
+    /// When its phases begin.
+    pub(crate) phased: Phased,
 }
 
 impl Sequence {
@@ -37,7 +41,13 @@ impl Sequence {
                 Commands::Thrusters | Commands::Wheels => maneuver.actuation.commands(),
             },
             plan: Arc::new(plan),
+            phased: Phased::default(),
         }
+    }
+
+    /// The sequence of a plan in these phases.
+    pub(crate) fn in_phases(self, phased: Phased) -> Self {
+        Self { phased, ..self }
     }
 
     /// The step at which it arrives.
@@ -276,6 +286,7 @@ mod tests {
             first_step: 20,
             initial: Initial::Forecast(Box::new(forecast)),
             end: End::After(40),
+            switches: None,
             guess: Some(Guess {
                 plan: first.plan.clone(),
                 flown: 20,
@@ -288,8 +299,14 @@ mod tests {
         while flight.step() < 60 {
             flight.advance().unwrap();
         }
-        let body = &flight.system().bodies()[1];
-        let miss = scene.miss_of(body, &flight.states()[1]).unwrap().norm();
+        let miss = scene
+            .miss_among(
+                flight.system().bodies(),
+                flight.states(),
+                &flight.states()[1],
+            )
+            .unwrap()
+            .norm();
         assert!(miss < 1e-4, "{miss:e}");
         flight
     }
@@ -347,6 +364,7 @@ mod tests {
                 initial: Initial::State(scene.bodies[0].state),
                 end: End::After(60),
                 guess: None,
+                switches: None,
             };
             let plan = solve(&scene, &task, &mut |_| true).unwrap().plan;
             let sequence = Sequence::new(scene.maneuver.as_ref().unwrap(), 0, plan);

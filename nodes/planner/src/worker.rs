@@ -140,6 +140,7 @@ mod tests {
             initial: Initial::State(scene.bodies[0].state),
             end: End::After(300_000),
             guess: None,
+            switches: None,
         };
         (Arc::new(scene), task)
     }

@@ -3,7 +3,7 @@ use nalgebra::{Matrix3, SMatrix, SVector};
 
 use super::fuel::Fuel;
 use super::row::Row;
-use super::set::{Barrier, StateRow};
+use super::set::{Barrier, StateRow, in_interval};
 use crate::newton::{Inequalities, Satisfied};
 
 /// The largest part of the distance to 0 or ρ that a multiplier covers in one step.
@@ -85,7 +85,8 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let rows = &mut self.command_rows[interval * count..(interval + 1) * count];
         let share = self.varying.share(interval);
         let scaled = share * command;
-        for (inequality, (row, slope)) in self.commands.iter().zip(rows) {
+        let all = in_interval(&self.commands, &self.restricts, &self.idle, interval);
+        for (inequality, (row, slope)) in all.zip(rows) {
             let penalty = self.schedule.penalty.of(inequality.price);
             row.model(&penalty, inequality.value(&scaled));
             *slope = share * inequality.gradient(&scaled);
@@ -134,7 +135,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let mut force = SVector::zeros();
         let share = self.varying.share(interval);
         let scaled = share * command;
-        for (inequality, (row, _)) in self.commands.iter().zip(rows) {
+        for (inequality, (row, _)) in self.commands_in(interval).zip(rows) {
             let penalty = self.schedule.penalty.of(inequality.price);
             let y = row.multiplier_at(&penalty, inequality.value(&scaled));
             force += (y * share) * inequality.gradient(&scaled);
@@ -191,7 +192,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
         let scaled = self.varying.share(interval) * command;
-        for inequality in &self.commands {
+        for inequality in self.commands_in(interval) {
             sum += penalty
                 .of(inequality.price)
                 .value(inequality.value(&scaled));

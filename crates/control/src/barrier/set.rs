@@ -17,6 +17,10 @@ use crate::{MAX_COMMANDS, Transfer};
 /// Inequalities of `X` coordinates and `U` commands over all intervals, with their multipliers.
 pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) commands: Vec<CommandInequality<U>>,
+    /// For each interval and command inequality, false if it does not restrict the commands there; empty if all always do.
+    pub(super) restricts: Vec<bool>,
+    /// What is in the place of those that do not.
+    pub(super) idle: CommandInequality<U>,
     pub(super) states: Vec<Placed>,
     pub(super) schedule: Schedule,
     /// A row and its gradient for each interval and command inequality.
@@ -187,6 +191,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             command_rows: vec![(Row::default(), SVector::zeros()); intervals * commands.len()],
             state_rows: vec![row; intervals * states.len()],
             schedule,
+            restricts: restricts(&commands, transfer, selection),
+            idle: CommandInequality::idle(),
             commands,
             states,
             fuel,
@@ -195,6 +201,15 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             reach: 1.0,
             slope: 0.0,
         }
+    }
+
+    /// The inequalities on the commands of an interval.
+    #[inline]
+    pub(super) fn commands_in(
+        &self,
+        interval: usize,
+    ) -> impl Iterator<Item = &CommandInequality<U>> {
+        in_interval(&self.commands, &self.restricts, &self.idle, interval)
     }
 
     /// Initializes the multipliers for states `s_1 … s_N` and commands `w_1 … w_N`.
@@ -294,7 +309,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     ) -> Option<Violation> {
         let of_commands = commands.iter().enumerate().flat_map(|(interval, command)| {
             let command = self.varying.share(interval) * command;
-            self.commands.iter().map(move |row| row.value(&command))
+            let rows = self.commands_in(interval);
+            rows.map(move |row| row.value(&command))
         });
         let of_states = states.iter().enumerate().flat_map(|(interval, state)| {
             let rows = self.states.iter();
@@ -359,15 +375,18 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         commands: &[SVector<f64, U>],
         mut visit: impl FnMut(&Penalty, &mut Row, f64, Along<U>),
     ) {
-        let count = self.commands.len();
-        for (at, (row, _)) in self.command_rows.iter_mut().enumerate() {
-            let (interval, inequality) = (at / count, &self.commands[at % count]);
+        let count = self.commands.len().max(1);
+        let rows = self.command_rows.chunks_mut(count);
+        for (interval, (rows, command)) in rows.zip(commands).enumerate() {
             let share = self.varying.share(interval);
-            let command = share * commands[interval];
-            let gradient = Gradient::Command(share * inequality.gradient(&command));
-            let along = Along { interval, gradient };
-            let penalty = self.schedule.penalty.of(inequality.price);
-            visit(&penalty, row, inequality.value(&command), along);
+            let command = share * command;
+            let all = in_interval(&self.commands, &self.restricts, &self.idle, interval);
+            for ((row, _), inequality) in rows.iter_mut().zip(all) {
+                let gradient = Gradient::Command(share * inequality.gradient(&command));
+                let along = Along { interval, gradient };
+                let penalty = self.schedule.penalty.of(inequality.price);
+                visit(&penalty, row, inequality.value(&command), along);
+            }
         }
         let count = self.states.len();
         for (at, StateRow { row, scale, .. }) in self.state_rows.iter_mut().enumerate() {
@@ -388,6 +407,45 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             }
         }
     }
+}
+
+/// The inequalities on the commands of an interval, `idle` in the place of those that do not restrict them.
+#[inline]
+pub(super) fn in_interval<'b, const U: usize>(
+    all: &'b [CommandInequality<U>],
+    restricts: &'b [bool],
+    idle: &'b CommandInequality<U>,
+    interval: usize,
+) -> impl Iterator<Item = &'b CommandInequality<U>> {
+    let own = restricts.get(interval * all.len()..).unwrap_or_default();
+    let each = all.iter().enumerate();
+    each.map(move |(at, row)| match own.get(at) {
+        Some(false) => idle,
+        _ => row,
+    })
+}
+
+/// [`Barrier::restricts`]
+fn restricts<const U: usize>(
+    all: &[CommandInequality<U>],
+    transfer: &Transfer,
+    selection: &SMatrix<f64, MAX_COMMANDS, U>,
+) -> Vec<bool> {
+    let windows = all.iter().any(|row| row.window.is_some());
+    if !windows && transfer.off.is_none() {
+        return Vec::new();
+    }
+    let off = transfer.off_by_step(|own| {
+        let column = (own < U).then(|| selection.column(own))?;
+        column.iter().position(|entry| *entry != 0.0)
+    });
+    let intervals = transfer.intervals;
+    let steps = (0..intervals).map(|step| (step, off.get(step).copied().unwrap_or_default()));
+    let each = steps.flat_map(|(step, off)| {
+        all.iter()
+            .map(move |row| row.restricts(step, intervals, off))
+    });
+    each.collect()
 }
 
 /// The interval and the gradient of a row.

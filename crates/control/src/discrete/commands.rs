@@ -87,6 +87,11 @@ impl DecoupledCommands {
         &self.matrix
     }
 
+    /// The index in the actuation of a command of the half.
+    pub(crate) fn index(&self, own: usize) -> Option<usize> {
+        self.columns.get(own).copied().flatten()
+    }
+
     /// `W` (3×3); the identity beyond the last command.
     pub(crate) fn weight(&self) -> &Matrix3<f64> {
         &self.weight

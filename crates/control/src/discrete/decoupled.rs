@@ -82,6 +82,7 @@ impl<'t> KickDriftKick<'t, TranslationOnly, 1, 3> {
             transfer,
             TranslationOnly { history },
             [*commands.matrix()],
+            transfer.off_by_step(|own| commands.index(own)),
         ))
     }
 }
@@ -97,6 +98,7 @@ impl<'t> KickDriftKick<'t, RotationOnly, 1, 3> {
             transfer,
             RotationOnly { history },
             [*commands.matrix()],
+            transfer.off_by_step(|own| commands.index(own)),
         ))
     }
 }

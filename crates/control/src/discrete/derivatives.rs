@@ -7,7 +7,7 @@ use nalgebra::{SVector, Vector3};
 use super::KickDriftKick;
 use super::coordinates::Coordinates;
 use super::drift::Drift;
-use super::linear::{Curvature, Linearization, momentum, pose};
+use super::linear::{Curvature, Linearization, OwnInputs, momentum, pose};
 
 /// A step up to its last kick.
 pub(super) struct Drifted<D> {
@@ -32,10 +32,11 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         Ok(Drifted { begun, state, turn })
     }
 
-    /// First derivatives of a step.
+    /// First derivatives of step `k`.
     #[inline]
     pub(super) fn first(
         &self,
+        k: usize,
         drifted: &Drifted<C::Drift>,
         controls: &[Vector3<f64>; N],
         into: &mut Linearization,
@@ -54,11 +55,20 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             }
         }
         into.after = self.kick_gradient(self.after, &drifted.state, controls);
-        if self.turns {
-            into.frames = Some([drifted.begun.attitude, drifted.state.attitude]);
+        if self.own_inputs {
+            into.own = self.inputs_of(k, [&drifted.begun, &drifted.state]);
         } else {
-            into.frames = None;
+            into.own = None;
         }
+    }
+
+    /// How the effects of the commands in step `k` differ from those in other steps; `states` are those at the two kicks.
+    #[cold]
+    #[inline(never)]
+    fn inputs_of(&self, k: usize, states: [&BodyState; 2]) -> Option<OwnInputs> {
+        let off = self.off_in(k);
+        let frames = self.turns.then(|| states.map(|state| state.attitude));
+        (self.turns || !off.is_none()).then_some(OwnInputs { frames, off })
     }
 
     /// Second derivatives of the product of `λ` and a step with the derivatives `first`.

@@ -38,7 +38,8 @@ impl<'t, const U: usize> KickDriftKick<'t, Gyrostat, 2, U> {
         let matrix = transfer.actuation.matrix();
         let commands = [0, 3].map(|row| matrix.fixed_view::<3, U>(row, 0).into_owned());
         let orbit = resampled(orbit, transfer.intervals);
-        Ok(Self::new(transfer, Gyrostat { orbit }, commands))
+        let off = transfer.off_by_step(Some);
+        Ok(Self::new(transfer, Gyrostat { orbit }, commands, off))
     }
 }
 

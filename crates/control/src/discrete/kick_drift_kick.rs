@@ -18,7 +18,7 @@ use super::linear::{
     Blocks, CommandRows, Curvature, Inputs, KickInputs, Linearization, command_rows,
 };
 use crate::Transfer;
-use crate::problem::{ByStep, Dynamics};
+use crate::problem::{ByStep, Dynamics, Off};
 
 /// Steps of the coordinates `C` of a transfer's body.
 pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
@@ -34,6 +34,10 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     pub(super) turns: bool,
     /// Loads beside those of the commands, where forces turn with the body.
     known: Option<Arc<ByStep>>,
+    /// True if the effects of the commands differ from step to step.
+    pub(super) own_inputs: bool,
+    /// The commands that are off in each step; empty if none ever is.
+    off: Vec<Off>,
 }
 
 /// The ends of a step.
@@ -48,7 +52,7 @@ impl<'t, const U: usize> KickDriftKick<'t, Full, 2, U> {
     pub(crate) fn full(transfer: &'t Transfer) -> Self {
         let matrix = transfer.actuation.matrix();
         let commands = [0, 3].map(|row| matrix.fixed_view::<3, U>(row, 0).into_owned());
-        Self::new(transfer, Full, commands)
+        Self::new(transfer, Full, commands, transfer.off_by_step(Some))
     }
 }
 
@@ -57,6 +61,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         transfer: &'t Transfer,
         coordinates: C,
         commands: [SMatrix<f64, 3, U>; N],
+        off: Vec<Off>,
     ) -> Self {
         let h = transfer.h;
         let (before, after) = match transfer.dynamics {
@@ -73,7 +78,14 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             after,
             turns,
             known: by_step.map(|by_step| by_step.in_intervals(transfer.intervals)),
+            own_inputs: turns || !off.is_empty(),
+            off,
         }
+    }
+
+    /// The commands that are off in step `k`.
+    pub(super) fn off_in(&self, k: usize) -> Off {
+        self.off.get(k).copied().unwrap_or_default()
     }
 
     fn controls(&self, command: &SVector<f64, U>) -> [Vector3<f64>; N] {
@@ -211,6 +223,21 @@ fn turned_force<const N: usize>(
     turned
 }
 
+/// Removes the second derivatives by attitude and the commands that are off.
+#[cold]
+#[inline(never)]
+fn shut(off: Off, curvature: &mut Curvature) {
+    let commands = [
+        &mut curvature.before_commands,
+        &mut curvature.after_commands,
+    ];
+    for row in commands.into_iter().flatten().flatten() {
+        let each = row.iter_mut().enumerate();
+        each.filter(|(command, _)| off.contains(*command))
+            .for_each(|(_, entry)| *entry = 0.0);
+    }
+}
+
 impl<C, const X: usize, const N: usize, const U: usize> DiscreteDynamics<X, U>
     for KickDriftKick<'_, C, N, U>
 where
@@ -242,6 +269,10 @@ where
         }
     }
 
+    fn off(&self) -> &[Off] {
+        &self.off
+    }
+
     fn linearize(
         &self,
         k: usize,
@@ -251,7 +282,7 @@ where
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
         let mut drifted = self.drifted(k, state, &controls)?;
-        self.first(&drifted, &controls, into);
+        self.first(k, &drifted, &controls, into);
         self.kick((k, End::Ending), self.after, &controls, &mut drifted.state);
         Ok(drifted.state)
     }
@@ -267,8 +298,11 @@ where
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
         let mut drifted = self.drifted(k, state, &controls)?;
-        self.first(&drifted, &controls, first);
+        self.first(k, &drifted, &controls, first);
         self.second(&drifted, &controls, lambda, first, second);
+        if self.own_inputs {
+            shut(self.off_in(k), second);
+        }
         self.kick((k, End::Ending), self.after, &controls, &mut drifted.state);
         Ok(drifted.state)
     }

@@ -8,6 +8,7 @@ use std::borrow::Cow;
 use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 
 use super::stored::{SPINNING, StoredCurvature, StoredTurn};
+use crate::problem::Off;
 
 /// Derivatives of two groups of three coordinates by as many. A motion of one group uses the first block only.
 pub(crate) type Blocks = [[Matrix3<f64>; 2]; 2];
@@ -55,10 +56,16 @@ impl<const U: usize> KickInputs<U> {
         Self { columns, rows }
     }
 
-    /// The effects of forces that turn with a body in this attitude.
-    fn turned(&self, attitude: &Matrix3<f64>) -> Self {
-        let [force, moment] = &self.columns;
-        Self::new([attitude * force, *moment])
+    /// The effects where some commands are off, and forces turn with a body in this attitude, if there is one.
+    fn of(&self, attitude: Option<&Matrix3<f64>>, off: Off) -> Self {
+        let mut columns = self.columns;
+        if let Some(attitude) = attitude {
+            columns[0] = attitude * columns[0];
+        }
+        for columns in &mut columns {
+            off.clear_columns(columns);
+        }
+        Self::new(columns)
     }
 }
 
@@ -80,15 +87,25 @@ impl<const U: usize> Inputs<U> {
         }
     }
 
-    /// The effects of forces that turn with a body in these attitudes at both kicks.
+    /// The effects in a step where they are other ones.
     #[cold]
     #[inline(never)]
-    fn turned(&self, [begun, drifted]: &[Matrix3<f64>; 2]) -> Self {
+    fn of(&self, own: &OwnInputs) -> Self {
+        let [begun, drifted] = [0, 1].map(|kick| own.frames.as_ref().map(|frames| &frames[kick]));
         Self {
-            before: self.before.as_ref().map(|kick| kick.turned(begun)),
-            after: self.after.turned(drifted),
+            before: self.before.as_ref().map(|kick| kick.of(begun, own.off)),
+            after: self.after.of(drifted, own.off),
         }
     }
+}
+
+/// How the effects of the commands in a step differ from those in other steps.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OwnInputs {
+    /// The attitudes at the two kicks, if forces turn with the body.
+    pub(crate) frames: Option<[Matrix3<f64>; 2]>,
+    /// The commands that are off.
+    pub(crate) off: Off,
 }
 
 /// First derivatives of the rotation of a drift.
@@ -115,8 +132,8 @@ pub(crate) struct Linearization {
     pub(crate) stored: Option<Box<StoredTurn>>,
     /// `T` of the kick after the drift.
     pub(crate) after: Blocks,
-    /// The attitudes at the two kicks, if forces turn with the body.
-    pub(crate) frames: Option<[Matrix3<f64>; 2]>,
+    /// How the effects of the commands differ, if they do.
+    pub(crate) own: Option<OwnInputs>,
 }
 
 fn part<const X: usize>(z: &SVector<f64, X>, at: usize) -> Vector3<f64> {
@@ -144,12 +161,21 @@ impl Linearization {
         }
     }
 
-    /// The effects of the commands in this step; `inputs` are those in the body's own axes.
+    /// The effects of the commands in this step; `inputs` are those in the body's own axes, with all commands on.
     #[inline]
     pub(crate) fn inputs<'i, const U: usize>(&self, inputs: &'i Inputs<U>) -> Cow<'i, Inputs<U>> {
-        match &self.frames {
+        match &self.own {
             None => Cow::Borrowed(inputs),
-            Some(frames) => Cow::Owned(inputs.turned(frames)),
+            Some(own) => Cow::Owned(inputs.of(own)),
+        }
+    }
+
+    /// The commands that are off in this step.
+    #[inline]
+    pub(crate) fn off(&self) -> Off {
+        match &self.own {
+            None => Off::NONE,
+            Some(own) => own.off,
         }
     }
 

@@ -17,6 +17,8 @@ use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::SVector;
 
+use crate::problem::Off;
+
 pub(crate) use self::{
     commands::DecoupledCommands,
     coordinates::{Coordinates, Full},
@@ -43,8 +45,11 @@ pub(crate) trait DiscreteDynamics<const X: usize, const U: usize> {
         command: &SVector<f64, U>,
     ) -> Result<BodyState, Unsolvable>;
 
-    /// The effects of the commands, the same in every step.
+    /// The effects of the commands, the same in every step but for [`Linearization::own`].
     fn inputs(&self) -> Inputs<U>;
+
+    /// The commands that are off in each step; empty if none ever is.
+    fn off(&self) -> &[Off];
 
     /// The state after step `k` and the first derivatives of the step.
     fn linearize(

@@ -109,9 +109,10 @@ where
             .next(k, &states[k], &idle)
             .map_err(|source| (k, source))?;
         let missing = problem.steps.difference(&next, &states[k + 1]);
-        // The effect of commands hardly differs from step to step, unless they turn with the body.
+        // The effect of commands hardly differs from step to step, unless they turn with the body
+        // or some are off.
         let (weighted, factor) = match &fit {
-            Some(fit) if linear.frames.is_none() => fit,
+            Some(fit) if linear.own.is_none() && problem.steps.off().is_empty() => fit,
             _ => {
                 problem
                     .steps

@@ -164,6 +164,10 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
+        let commands = self.iterate.commands.iter_mut();
+        for (command, off) in commands.zip(problem.steps.off()) {
+            off.clear(command);
+        }
         let begun = standing.iteration;
         let last = begun + tolerances.iterations;
         let (augmentation, gains) = match guess {

@@ -153,11 +153,15 @@ impl<const X: usize, const U: usize> Model<X, U> {
 
             let by_command;
             (costate, by_command) = dynamics.backward(&self.inputs, &costate);
-            let terms = [
+            let mut terms = [
                 stage.command_gradient,
                 by_command,
                 inequalities.command_force(k, command),
             ];
+            let off = dynamics.off();
+            if !off.is_none() {
+                terms.iter_mut().for_each(|term| off.clear(term));
+            }
             let residual = terms[0] + terms[1] + terms[2];
             let size = |term: &SVector<f64, U>| problem.command_units.component_mul(term).amax();
             self.stationarity = self.stationarity.max(size(&residual));
@@ -177,6 +181,9 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 }
             }
             inequalities.add_command(k, command, &mut stage.command, &mut stage.command_gradient);
+            if !off.is_none() {
+                stage.shut(off, &weight);
+            }
             if k > 0 {
                 inequalities.add_state(
                     k - 1,
@@ -247,7 +254,8 @@ impl<const X: usize, const U: usize> Model<X, U> {
             self.defects[k] = steps.difference(&iterate.states[k + 1], &next);
             self.costates[k] = costate;
             let (before, by_command) = dynamics.backward(&self.inputs, &costate);
-            let own = weight * command;
+            let mut own = weight * command;
+            dynamics.off().clear(&mut own);
             let residual = own + by_command;
             let size = |term: &SVector<f64, U>| problem.command_units.component_mul(term).amax();
             self.stationarity = self.stationarity.max(size(&residual));

@@ -332,6 +332,26 @@ impl Actuation {
         &self.matrix
     }
 
+    /// The number of independent forces and moments that the commands exert without those of these indices.
+    pub fn rank_without(&self, off: &[usize]) -> usize {
+        let columns = (0..self.commands).filter(|command| !off.contains(command));
+        let mut matrix = Effects::zeros();
+        for command in columns {
+            matrix.set_column(command, &self.matrix.column(command));
+        }
+        // Forces and moments are independent in any units, so each row has its own.
+        for mut row in matrix.row_iter_mut() {
+            let size = row.amax();
+            if size > 0.0 {
+                row /= size;
+            }
+        }
+        let gram = matrix * matrix.transpose();
+        let values = gram.symmetric_eigenvalues();
+        let least = RANK * values.amax();
+        values.iter().filter(|value| **value > least).count()
+    }
+
     /// `W`; the identity beyond the last command.
     pub fn weight(&self) -> &SMatrix<f64, MAX_COMMANDS, MAX_COMMANDS> {
         &self.weight

@@ -3,9 +3,11 @@ use lgvi_dynamics::{BodyError, BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
 use nalgebra::{Matrix3, SVector, Vector3};
 use std::convert::Infallible;
+use std::ops::Range;
 use std::sync::Arc;
 use thiserror::Error;
 
+use super::off::Off;
 use super::{
     Actuation, ActuationError, ByStep, Chances, Constraint, Dynamics, InequalitySet, Motion,
     ParameterError, Terminal, TerminalSet,
@@ -40,6 +42,8 @@ pub struct Transfer {
     pub(crate) by_step: Option<Arc<ByStep>>,
     /// Rounding error of `[δx, δγ, ζ, δΠ]` at the end, or zero if it is not known.
     pub(crate) rounding: Vector12,
+    /// The commands that are off in each step as it is stated, if any ever is.
+    pub(crate) off: Option<Arc<[Off]>>,
 }
 
 /// The reason why a transfer is invalid.
@@ -111,6 +115,24 @@ pub enum TransferError {
         left: f64,
         /// Mass of all propellant.
         most: f64,
+    },
+    /// Steps in which commands are off do not exist.
+    #[error(
+        "commands are off in steps {steps:?}, expected steps of the {intervals} of the transfer"
+    )]
+    OffSteps {
+        /// The steps.
+        steps: Range<usize>,
+        /// Number of steps of the transfer.
+        intervals: usize,
+    },
+    /// A command that is off does not exist.
+    #[error("command {command} is off, expected one of the {count} commands, from 0")]
+    OffCommand {
+        /// Index of the command.
+        command: usize,
+        /// Number of commands.
+        count: usize,
     },
     /// The body is invalid.
     #[error(transparent)]
@@ -229,6 +251,7 @@ impl Transfer {
             orbit: None,
             by_step: None,
             rounding: Vector12::zeros(),
+            off: None,
         })
     }
 
@@ -244,8 +267,13 @@ impl Transfer {
 
     /// The transfer under inequalities, of which those on states hold at the ends of steps and between them.
     pub fn with_constraints(self, constraints: &[Constraint]) -> Self {
-        let inequalities =
-            InequalitySet::new(constraints, &self.actuation, &self.initial, &self.terminal);
+        let inequalities = InequalitySet::new(
+            constraints,
+            &self.actuation,
+            &self.initial,
+            &self.terminal,
+            self.intervals,
+        );
         Self {
             inequalities,
             ..self
@@ -264,7 +292,8 @@ impl Transfer {
     pub(crate) fn gains(&self) -> Option<&[Matrix3<f64>; 2]> {
         let plain = self.dynamics == Dynamics::LieEuler
             && self.motion == Motion::Full
-            && self.inequalities.is_empty();
+            && self.inequalities.is_empty()
+            && self.off.is_none();
         self.actuation.gains().filter(|_| plain)
     }
 
@@ -328,7 +357,7 @@ pub(crate) fn invert(
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use lgvi_dynamics::Inertia;
     use lgvi_dynamics::gravity::Sources;
 
@@ -347,6 +376,11 @@ mod tests {
             at_rest(),
             Actuation::full(&weight, &weight).unwrap(),
         )
+    }
+
+    /// A transfer of ten steps.
+    pub(in crate::problem) fn resting() -> Transfer {
+        transfer(Mobility::Free, at_rest()).unwrap()
     }
 
     fn at_rest() -> BodyState {

@@ -4,9 +4,11 @@ use fastrand::Rng;
 use nalgebra::{DMatrix, DVector};
 
 use super::*;
+use crate::discrete::linear::OwnInputs;
 use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature, command_rows};
 use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
+use crate::problem::Off;
 
 fn random<const R: usize, const C: usize>(rng: &mut Rng, size: f64) -> SMatrix<f64, R, C> {
     SMatrix::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
@@ -81,7 +83,10 @@ fn step<const X: usize, const U: usize>(
             })
         }),
         after: blocks(rng, 0.3, false),
-        frames: (U > 6).then(|| [0, 1].map(|_| lgvi_lie::exp(&random(rng, 2.0)))),
+        own: (U > 6).then(|| OwnInputs {
+            frames: Some([0, 1].map(|_| lgvi_lie::exp(&random(rng, 2.0)))),
+            off: Off::NONE,
+        }),
     };
     let cross = |rng: &mut Rng| (U > 6).then(|| command_rows(&random::<3, U>(rng, 0.1)));
     let curvature = Curvature {

@@ -115,7 +115,8 @@ impl<'s, C> Solver<'s, C> {
             weight: self.weight(view, metric),
             command_metric: metric,
             command_units: metric.diagonal().map(|weight| weight.sqrt().recip()),
-            body_frame: self.class.body_frame(view),
+            // A moment that turns would turn commands on that are off.
+            body_frame: self.class.body_frame(view).filter(|_| view.off.is_none()),
             stiffness: own(stiffness(view)),
             metric: own(scale::metric(view)),
             rounding: own(view.rounding / self.tolerances.violation),

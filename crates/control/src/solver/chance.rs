@@ -145,6 +145,7 @@ pub(crate) fn deviations(
     let identity = SMatrix::identity();
     let flown = Transfer {
         actuation: Actuation::full(&identity, &identity).map_err(crate::TransferError::from)?,
+        off: None,
         ..transfer.clone()
     };
     let steps = KickDriftKick::<_, 2, 6>::full(&flown);

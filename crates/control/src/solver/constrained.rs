@@ -183,7 +183,8 @@ impl<C> Solver<'_, C> {
             let cheapest = problem.stiffness.fixed_rows::<3>(offset).min();
             let moving = inequality.through(self.transfer.h, states.len());
             let at = |interval: usize| moving.get(interval).unwrap_or(inequality);
-            let states = states.iter().enumerate();
+            let applies = inequality.applies(states.len());
+            let states = states.iter().enumerate().filter(|(at, _)| applies[*at]);
             let depths = states.map(|(at_end, state)| inequality.size() * at(at_end).value(state));
             let depth = depths.fold(ROUNDING, f64::max);
             Some(cheapest * depth * depth)

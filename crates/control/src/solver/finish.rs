@@ -213,7 +213,10 @@ impl<C> Solver<'_, C> {
         };
         flown.states.push(state);
         for k in 0..transfer.intervals {
-            let command = iterate.commands[k * coarse / transfer.intervals];
+            let mut command = iterate.commands[k * coarse / transfer.intervals];
+            if let Some(off) = steps.off().get(k) {
+                off.clear(&mut command);
+            }
             match steps.next(k, &state, &command) {
                 Ok(next) if next.is_finite() => state = next,
                 _ => return Ok(None),

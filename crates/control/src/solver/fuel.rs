@@ -99,7 +99,7 @@ impl<C> Solver<'_, C> {
                 let limited = varies
                     .as_ref()
                     .map_or(command, |by_step| command / by_step.limits[k]);
-                let level = self.level_of(price, limits[price.commands.start], &limited);
+                let level = self.level_of(price, limits[price.commands.start], k, &limited);
                 let (_, by_command) = model.dynamics[k].backward(&model.inputs, &model.costates[k]);
                 let mut primer = -self.class.widened(&by_command);
                 if let Some(by_step) = &varies {
@@ -137,8 +137,9 @@ impl<C> Solver<'_, C> {
         Some(all)
     }
 
-    fn level_of(&self, price: &Price, limit: f64, command: &Command) -> Level {
-        let inequalities = &self.transfer.inequalities;
+    fn level_of(&self, price: &Price, limit: f64, step: usize, command: &Command) -> Level {
+        let (transfer, off) = (self.transfer, self.transfer.off(step));
+        let inequalities = &transfer.inequalities;
         if price.magnitude(command) <= CLOSE * limit {
             return Level::Off;
         }
@@ -153,7 +154,7 @@ impl<C> Solver<'_, C> {
         let mut hard = inequalities
             .command
             .iter()
-            .filter(|row| row.price.is_none());
+            .filter(|row| row.price.is_none() && row.restricts(step, transfer.intervals, off));
         let at_limit = hard.any(|row| alone(row) && row.value(command) > -CLOSE);
         if at_limit {
             Level::AtLimit

@@ -13,8 +13,8 @@ use crate::problem::{InequalitySet, Weight};
 use crate::{Actuation, Motion, Plan, Sweep, Transfer};
 
 impl<C> Solver<'_, C> {
-    /// The plan without inequalities for a force of any direction, with the commands that come nearest to it. Returns `None`
-    /// if the actuators are not fixed to the body, if they exert no force or lack a moment, or if there is no such plan.
+    /// The plan for a force of any direction, with the commands that come nearest to it: under the inequalities on states if some hold in
+    /// phases, which a plan without them may be far from, or else without inequalities. Returns `None` if the actuators are not fixed to the body, if they exert no force or lack a moment, or if there is no such plan.
     pub(super) fn inertial_guess<const X: usize, const U: usize>(
         &mut self,
     ) -> Result<Option<Plan>, PlanError>
@@ -44,7 +44,23 @@ impl<C> Solver<'_, C> {
                 ..*now
             })
         };
-        let found = Solver::new(Both::<6>, &free, &settings, &mut watch).solve(Start::Cold, false);
+        let mut solved = |problem: &Transfer| {
+            Solver::new(Both::<6>, problem, &settings, &mut watch).solve(Start::Cold, false)
+        };
+        let found = match self.transfer.inequalities.on_states_in_phases() {
+            Some(inequalities) => {
+                let kept = Transfer {
+                    inequalities,
+                    ..free.clone()
+                };
+                match solved(&kept) {
+                    Ok(plan) => Ok(plan),
+                    Err(stopped @ PlanError::Stopped { .. }) => Err(stopped),
+                    Err(_) => solved(&free),
+                }
+            }
+            None => solved(&free),
+        };
         [self.standing.iteration, self.standing.trials] = made;
         match found {
             Ok(plan) => {
@@ -78,6 +94,7 @@ fn free(transfer: &Transfer) -> Option<Transfer> {
     Some(Transfer {
         actuation,
         inequalities: InequalitySet::default(),
+        off: None,
         ..transfer.clone()
     })
 }

@@ -46,6 +46,7 @@ impl Units {
                 .as_ref()
                 .map(|by_step| Arc::new(self.by_step(by_step))),
             rounding: self.rounding(transfer),
+            off: transfer.off.clone(),
         })
     }
 

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use lgvi_control::Constraint;
 use lgvi_control::constraint::{
-    AngularRate, Coordinates, Corridor, FramePose, KeepOutCone, KeepOutEllipsoid, KeepOutSphere,
-    LineOfSight, Moving, Plume, Speed, StateConstraint,
+    AngularRate, Coordinates, Corridor, FramePose, KeepInSphere, KeepOutCone, KeepOutEllipsoid,
+    KeepOutSphere, LineOfSight, Moving, Plume, Speed, StateConstraint,
 };
 use lgvi_dynamics::{BodyState, Inertia};
 use lgvi_lie::exp;
@@ -70,6 +70,11 @@ fn written(rng: &mut fastrand::Rng) -> Vec<Written> {
         let arm: [Number; 3] = std::array::from_fn(|i| arm[i] / semi_axes[i]);
         -dot(arm, arm) + 1.0
     };
+    let keep_in = KeepInSphere::new(apex, radius).expect("a sphere");
+    let far = move |s: &Moved, center: Vector3<f64>| {
+        let arm = minus(s.position, constant(&center));
+        dot(arm, arm) - radius * radius
+    };
     let cosine = move |s: &Moved, point: Vector3<f64>| {
         let arm = minus(constant(&point), s.position);
         dot(product(&s.attitude, constant(&axis)), arm) / norm(arm)
@@ -93,6 +98,11 @@ fn written(rng: &mut fastrand::Rng) -> Vec<Written> {
         (
             Constraint::state(Speed::new(0.3, 2.0).expect("a speed")),
             Box::new(move |s| dot(s.linear_momentum, s.linear_momentum) - 0.36),
+        ),
+        (Constraint::state(keep_in), Box::new(move |s| far(s, apex))),
+        (
+            in_frame(keep_in, &poses),
+            Box::new(move |s| far(s, apex_there)),
         ),
         (
             Constraint::state(ellipsoid),
@@ -289,6 +299,8 @@ fn excesses_are_angles_and_parts_of_limits() {
     // Its second axis is along −x.
     state.position = Vector3::new(1.5, 0.0, 0.0);
     assert!((ellipsoid.excess(ellipsoid.value(&state)) - 0.25).abs() < 1e-12);
+    let keep_in = KeepInSphere::new(Vector3::zeros(), 1.2).expect("a sphere");
+    assert!((keep_in.excess(keep_in.value(&state)) - 0.25).abs() < 1e-12);
 }
 
 /// A plume forbids what is both near and in its angle; at its point and far away nothing overflows.

@@ -18,6 +18,7 @@ mod moving;
 mod multistart;
 mod newton;
 mod own;
+mod phases;
 mod processing;
 mod propellant;
 mod replan;

@@ -3,6 +3,7 @@ mod actuators;
 mod chances;
 mod constraints;
 mod options;
+mod phases;
 mod prediction;
 mod relative;
 mod target;
@@ -27,7 +28,10 @@ use prediction::Predictions;
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
 
 /// Compiles the maneuver of a scene that has none yet.
-pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, SceneError> {
+pub(super) fn maneuver<'s>(
+    scene: &'s Scene,
+    file: &'s ManeuverFile,
+) -> Result<Maneuver, SceneError> {
     let body = scene.body_index(&file.body).ok_or_else(|| {
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
         SceneError::unknown("maneuver.body", &file.body, &names)
@@ -53,9 +57,10 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
     };
     let mut predictions = Predictions::new(scene, body);
     let target = target::target(scene, body, &file.target, motion, &mut predictions)?;
-    let given = &file.constraints;
+    let given = (&file.constraints[..], "maneuver.constraints");
     let predicted = &mut predictions;
     let constraints = constraints::constraints(scene, rigid, given, motion, &actuation, predicted)?;
+    let phases = phases::phases(scene, body, file, motion, &actuation, &mut predictions)?;
     let actuation = match file.cost {
         CostFile::Energy => actuation,
         CostFile::Fuel => {
@@ -69,6 +74,7 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         predicted: file.target.relative_to.is_some(),
         relative: Relative::of(file),
         constraints,
+        phases,
         chances: None,
         actuator_limit,
         actuation,

@@ -1,6 +1,6 @@
 use serde::Deserialize;
 
-use super::{AttitudeFile, RelativeFile};
+use super::{AttitudeFile, PhaseFile, RelativeFile};
 use crate::compile::ConstraintFile;
 
 #[derive(Deserialize)]
@@ -36,6 +36,9 @@ pub(crate) struct ManeuverFile {
     /// Constraints along the path.
     #[serde(default)]
     pub constraints: Vec<ConstraintFile>,
+    /// Phases that follow each other, with constraints and commands of their own.
+    #[serde(default)]
+    pub phases: Vec<PhaseFile>,
     /// Probability with which each constraint on states holds at each step under the deviations of `ensemble`, or else of
     /// `disturbance`: from 0.5 to below 1. By default constraints hold for the nominal flight.
     pub confidence: Option<f64>,
@@ -53,6 +56,24 @@ pub(crate) struct ManeuverFile {
     pub solver: SolverFile,
     /// Set of states in which the maneuver may end; what it omits is free.
     pub target: TargetFile,
+}
+
+impl ManeuverFile {
+    /// The constraints of the maneuver and of its phases, with their keys.
+    pub(crate) fn all_constraints(&self) -> impl Iterator<Item = (String, &ConstraintFile)> {
+        let own = self.constraints.iter().enumerate();
+        let own = own.map(|(index, file)| (format!("maneuver.constraints[{index}]"), file));
+        let phases = self.phases.iter().enumerate();
+        own.chain(phases.flat_map(|(phase, file)| {
+            let each = file.constraints.iter().enumerate();
+            each.map(move |(index, file)| {
+                (
+                    format!("maneuver.phases[{phase}].constraints[{index}]"),
+                    file,
+                )
+            })
+        }))
+    }
 }
 
 #[derive(Clone, Copy, Deserialize)]

@@ -17,6 +17,7 @@ mod integrators;
 mod low_orbit;
 mod maneuvers;
 mod orbits;
+mod phases;
 mod planned;
 mod predicted;
 mod resolution;

@@ -207,7 +207,13 @@ fn the_chaser_loses_the_mass_that_its_plan_costs() {
         used > 12.0 && (used / plan.cost - 1.0).abs() < 1e-6,
         "{used}"
     );
-    let miss = scene.miss_of(body, &simulation.states()[1]).unwrap();
+    let miss = scene
+        .miss_among(
+            simulation.system().bodies(),
+            simulation.states(),
+            &simulation.states()[1],
+        )
+        .unwrap();
     let [position, attitude] = [0, 6].map(|row| miss.fixed_rows::<3>(row).norm());
     assert!(
         position < 1e-2 && attitude < 1e-5,

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use lgvi_control::constraint::{ComponentLimit, Corridor, InFrame, NormLimit};
 use lgvi_control::{Constraint, Place};
-use lgvi_scene::Frame;
+use lgvi_scene::{Frame, Maneuver};
 use nalgebra::Vector3;
 
 use super::data::FlightData;
@@ -12,8 +12,16 @@ use super::data::FlightData;
 /// Points of a rim.
 const POINTS: u32 = 96;
 
-/// The constraints of a flight's maneuver that are a `T`, in their frames.
+/// The constraints of a flight's maneuver and of its phases that are a `T`, in their frames.
 pub(super) fn all<T: 'static>(flight: &FlightData) -> impl Iterator<Item = InFrame<'_, T>> {
+    let maneuver = flight.scene.maneuver.iter();
+    maneuver
+        .flat_map(Maneuver::all_constraints)
+        .filter_map(Constraint::in_frame)
+}
+
+/// Those that hold all the time.
+pub(super) fn always<T: 'static>(flight: &FlightData) -> impl Iterator<Item = InFrame<'_, T>> {
     let maneuver = flight.scene.maneuver.iter();
     maneuver
         .flat_map(|maneuver| &maneuver.constraints)
@@ -31,7 +39,7 @@ pub(super) fn label<T: 'static>(flight: &FlightData, name: &str) -> Option<Strin
 
 /// Limits of the components of force or moment, in the scene's units.
 pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
-    let limits = all::<ComponentLimit>(flight).map(|limit| limit.constraint);
+    let limits = always::<ComponentLimit>(flight).map(|limit| limit.constraint);
     let limits = limits.filter(|limit| limit.place() == place);
     let limits = limits.flat_map(|limit| limit.limit().data.0[0]);
     let mut limits: Vec<_> = limits.filter(|limit| limit.is_finite()).collect();
@@ -42,7 +50,7 @@ pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
 
 /// The limit of the norm of force or moment, in the scene's units.
 pub(super) fn of_norm(flight: &FlightData, place: Place) -> Option<f64> {
-    let limits = all::<NormLimit>(flight).map(|limit| limit.constraint);
+    let limits = always::<NormLimit>(flight).map(|limit| limit.constraint);
     let limits = limits.filter(|limit| limit.place() == place);
     limits.map(NormLimit::limit).reduce(f64::min)
 }

@@ -1,6 +1,6 @@
 //! What stays where it is beside the bodies of a flight: orbits, corridors, spheres, frames.
 
-use lgvi_control::constraint::{Corridor, FramePose, KeepOutSphere};
+use lgvi_control::constraint::{Corridor, FramePose, KeepInSphere, KeepOutSphere};
 use nalgebra::Vector3;
 use plotters::style::Color;
 
@@ -37,21 +37,33 @@ pub(super) fn corridors(
     corridor.collect()
 }
 
-/// A keep-out sphere (m), seen from a frame, where it is at the end.
+/// A sphere (m) to keep out of, or in, seen from a frame, where it is at the end.
 pub(super) struct Sphere {
     pub(super) center: Vector3<f64>,
     pub(super) radius: f64,
+    /// True if it is to be kept in.
+    inner: bool,
 }
 
-pub(super) fn spheres(flight: &FlightData, from: &FramePose) -> impl Iterator<Item = Sphere> {
+pub(super) fn spheres<'f>(
+    flight: &'f FlightData,
+    from: &'f FramePose,
+) -> impl Iterator<Item = Sphere> + use<'f> {
     let length = flight.scene.units.length;
-    limits::all::<KeepOutSphere>(flight).map(move |framed| {
-        let center = framed.last_pose().point(framed.constraint.center());
-        Sphere {
-            center: from.seen(&(center * length)),
-            radius: framed.constraint.radius() * length,
-        }
-    })
+    let sphere = move |pose: FramePose, center, radius, inner| Sphere {
+        center: from.seen(&(pose.point(center) * length)),
+        radius: radius * length,
+        inner,
+    };
+    let outer = limits::all::<KeepOutSphere>(flight).map(move |framed| {
+        let own = framed.constraint;
+        sphere(framed.last_pose(), own.center(), own.radius(), false)
+    });
+    let inner = limits::all::<KeepInSphere>(flight).map(move |framed| {
+        let own = framed.constraint;
+        sphere(framed.last_pose(), own.center(), own.radius(), true)
+    });
+    outer.chain(inner)
 }
 
 impl Picture<'_> {
@@ -102,12 +114,13 @@ impl Picture<'_> {
         for sphere in spheres {
             let center = self.cage.place(&sphere.center);
             let radius = sphere.radius * self.cage.scale;
-            canvas.ringed(
-                center,
-                radius,
-                style::faded(style::LIMIT, 0.85),
-                Stroke::new(style::LIMIT, 1.5),
-            );
+            let color = if sphere.inner {
+                style::TARGET
+            } else {
+                style::LIMIT
+            };
+            let ring = Stroke::new(color, 1.5);
+            canvas.ringed(center, radius, style::faded(color, 0.85), ring);
         }
     }
 

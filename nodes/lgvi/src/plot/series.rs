@@ -207,7 +207,7 @@ fn margins(flight: &FlightData) -> Vec<Panel> {
             ..Panel::new(title, unit, vec![curve])
         }
     };
-    let cones = limits::all::<KeepOutCone>(flight).map(|framed| {
+    let cones = limits::always::<KeepOutCone>(flight).map(|framed| {
         let cone = framed.constraint;
         let title = "Angle from the axis of the keep-out cone";
         panel(
@@ -220,7 +220,7 @@ fn margins(flight: &FlightData) -> Vec<Panel> {
             },
         )
     });
-    let corridors = limits::all::<Corridor>(flight).map(|framed| {
+    let corridors = limits::always::<Corridor>(flight).map(|framed| {
         let corridor = framed.constraint;
         let title = "Angle from the axis of the corridor";
         let limit = corridor.half_angle().to_degrees();
@@ -229,7 +229,7 @@ fn margins(flight: &FlightData) -> Vec<Panel> {
             angle(&(position - corridor.apex()), &corridor.axis())
         })
     });
-    let spheres = limits::all::<KeepOutSphere>(flight).map(|framed| {
+    let spheres = limits::always::<KeepOutSphere>(flight).map(|framed| {
         let sphere = framed.constraint;
         let title = "Distance from the center of the keep-out sphere";
         panel(title, "m", sphere.radius() * length, &|pose, time| {

@@ -1,7 +1,7 @@
 //! The flight in space: where the bodies went and how they were turned, with the orbits they came from and go to, and
 //! the corridors and spheres that they must stay in or out of.
 
-use lgvi_control::constraint::{Corridor, FramePose, KeepOutSphere};
+use lgvi_control::constraint::{Corridor, FramePose, KeepInSphere, KeepOutSphere};
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 
@@ -201,6 +201,9 @@ impl Picture<'_> {
         }
         if let Some(label) = limits::label::<KeepOutSphere>(self.flight, "keep-out sphere") {
             add(Mark::Line(Stroke::new(style::LIMIT, 1.5)), label);
+        }
+        if let Some(label) = limits::label::<KeepInSphere>(self.flight, "keep-in sphere") {
+            add(Mark::Line(boundary()), label);
         }
         if orbits.is_some() {
             add(Mark::Line(initial_orbit()), "initial orbit".into());

@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 25] = [
+const SHIPPED: [Shipped; 27] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
@@ -47,6 +47,7 @@ const SHIPPED: [Shipped; 25] = [
     scene!("oblate_orbit", None),
     scene!("orbital_capture", Some((0, PUSH))),
     scene!("pendulum", None),
+    scene!("phased_docking", Some((1, PUSH))),
     scene!("propellant_transfer", None),
     scene!("relative_orbit", None),
     scene!("rocks", None),

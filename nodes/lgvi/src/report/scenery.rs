@@ -252,7 +252,7 @@ fn limits(scene: &Scene, samples: &[&Sample], maneuver: &Maneuver) -> Vec<Kept> 
         Place::Position => ("force", units.force()),
         Place::Attitude => ("moment", units.energy()),
     };
-    let limits = maneuver.constraints.iter().filter_map(|constraint| {
+    let limits = maneuver.all_constraints().filter_map(|constraint| {
         let limit = if let Some(InFrame {
             constraint: sphere, ..
         }) = constraint.in_frame::<KeepOutSphere>()

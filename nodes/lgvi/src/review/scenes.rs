@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 25] = [
+pub const SCENES: [(&str, &str); 27] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -24,6 +24,7 @@ pub const SCENES: [(&str, &str); 25] = [
     shipped!("oblate_orbit"),
     shipped!("orbital_capture"),
     shipped!("pendulum"),
+    shipped!("phased_docking"),
     shipped!("propellant_transfer"),
     shipped!("relative_orbit"),
     shipped!("rocks"),

@@ -5,7 +5,7 @@ mod drawing;
 
 use lgvi_common::header;
 use lgvi_control::Place;
-use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
+use lgvi_control::constraint::{Corridor, KeepInSphere, KeepOutCone, KeepOutSphere};
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::stamp::StampError;
@@ -138,11 +138,15 @@ impl Picture<'_> {
     fn constraints(&self, drawing: &mut Drawing) {
         let states = &self.sequence.plan.states;
         let Some(first) = states.first() else { return };
-        for (id, constraint) in (0..).zip(&self.maneuver.constraints) {
+        for (id, constraint) in (0..).zip(self.maneuver.all_constraints()) {
             if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
                 let center = sphere.last_pose().point(sphere.constraint.center());
                 let radius = sphere.constraint.radius();
                 drawing.sphere("keep_out", id, center, radius, color::FORBIDDEN);
+            } else if let Some(sphere) = constraint.in_frame::<KeepInSphere>() {
+                let center = sphere.last_pose().point(sphere.constraint.center());
+                let radius = sphere.constraint.radius();
+                drawing.sphere("keep_in", id, center, radius, color::ALLOWED);
             } else if let Some(framed) = constraint.in_frame::<KeepOutCone>() {
                 let cone = framed.constraint;
                 let (apex, reach) = (first.position, 0.5 * self.size);

@@ -46,6 +46,7 @@ impl Planner {
             initial: Initial::Forecast(Box::new(forecast)),
             end: End::After(intervals as usize),
             guess: warm.then(|| self.guess(first_step)).flatten(),
+            switches: last.map(|last| last.phased.switches.clone()),
         })
     }
 
@@ -93,14 +94,14 @@ impl Planner {
     ) -> Result<(), NodeError> {
         let first_step = current.first_step;
         let plan = match ended.map_err(|unsolved| unsolved.message) {
-            Ok(solved) if self.in_lockstep() => Ok(solved.plan),
-            Ok(solved) => self.in_time(first_step).map(|()| solved.plan),
+            Ok(solved) if self.in_lockstep() => Ok(solved),
+            Ok(solved) => self.in_time(first_step).map(|()| solved),
             Err(why) => Err(why),
         };
         match plan {
-            Ok(plan) => {
+            Ok(Solved { plan, phased, .. }) => {
                 let sufficient = plan.certificate.sufficient;
-                self.publish(first_step, plan)?;
+                self.publish(first_step, plan, phased)?;
                 let seconds = origin.at.elapsed().as_secs_f64();
                 if !sufficient {
                     Warning::new(WarningCode::NotMinimum, NOT_MINIMUM_IN_FLIGHT).tell(&self.events);

@@ -91,11 +91,14 @@ impl Planner {
         ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
         let body = self.maneuver.body;
-        let sequence = |plan| Sequence::new(&self.maneuver, first_step, plan);
         match ended {
-            Ok(Solved { plan, remark }) => match self.in_time(first_step) {
+            Ok(Solved {
+                plan,
+                remark,
+                phased,
+            }) => match self.in_time(first_step) {
                 Ok(()) => {
-                    let sequence = self.publish(first_step, plan)?;
+                    let sequence = self.publish(first_step, plan, phased)?;
                     goal.succeed(&self.scene, body, &sequence, remark);
                 }
                 Err(why) => {
@@ -109,7 +112,7 @@ impl Planner {
                 best,
                 ..
             }) => {
-                let best = best.map(|best| sequence(*best));
+                let best = best.map(|best| Sequence::new(&self.maneuver, first_step, *best));
                 goal.fail(&self.scene, body, (reason, &message), best.as_ref());
             }
         }

@@ -64,7 +64,7 @@ pub(super) fn solve(
             let remark =
                 format!("the best duration is {at} steps{bound}: {planned} durations planned");
             info!("{remark}");
-            Ok(Solved { plan, remark })
+            Ok(Solved::new(plan, remark))
         }
         (None, Some(unsolved)) => Err(unsolved),
         (None, None) => Err(Unsolved::new(Reason::NotConverged, "no duration was tried")),
@@ -91,7 +91,7 @@ impl Durations<'_, '_> {
         if let Some(cost) = self.known.get(&steps) {
             return Ok(*cost);
         }
-        let transfer = self.problem.transfer(steps as usize)?;
+        let transfer = self.problem.transfer(steps as usize, &[])?;
         let (before, made) = (self.made, &mut self.made);
         let observe = &mut *self.observe;
         let mut count = |now: &Iteration| {
@@ -103,12 +103,12 @@ impl Durations<'_, '_> {
             observe(made)
         };
         let guess = self.best.as_ref().map(|(_, plan)| plan);
-        let warm = self.problem.solve(&transfer, guess, &mut count);
+        let warm = self.problem.solve(&transfer, &[], guess, &mut count);
         let planned = match warm {
             Err(Unsolved {
                 reason: Reason::Infeasible | Reason::NotConverged,
                 ..
-            }) if guess.is_some() => self.problem.solve(&transfer, None, &mut count),
+            }) if guess.is_some() => self.problem.solve(&transfer, &[], None, &mut count),
             planned => planned,
         };
         let cost = match planned {
@@ -176,6 +176,7 @@ mod tests {
             initial: Initial::State(scene.bodies[0].state),
             end,
             guess: None,
+            switches: None,
         };
         solve(scene, &task, &mut |_| true).map(|solved| solved.plan)
     }
@@ -234,6 +235,7 @@ mod tests {
             initial: Initial::State(scene.bodies[0].state),
             end: End::Free(scene.maneuver.as_ref().unwrap().final_time.unwrap()),
             guess: None,
+            switches: None,
         };
         let mut seen = 0;
         let unsolved = solve(&scene, &task, &mut |_| {

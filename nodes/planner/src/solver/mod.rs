@@ -1,6 +1,7 @@
 //! What the worker does: a task in, a plan out, by the method that the scene asks for.
 
 mod duration;
+mod phases;
 mod shooting;
 mod shortest;
 #[cfg(test)]
@@ -30,6 +31,8 @@ const NO_MANEUVER: &str = "the scene has no maneuver";
 const LATER: &str = "a plan for wheels can begin only at step 0: their momenta later are not known";
 const LIGHTER: &str = "a plan by thrusters that use propellant can begin only at step 0 here: how much is left later is not known";
 
+const LATER_PHASES: &str = "the lengths of the phases are found for the whole maneuver only: a later plan keeps those of an earlier one";
+
 /// What is said of a plan whose certificate is not sufficient.
 pub(crate) const NOT_MINIMUM: &str = "the plan is stationary, but not known to be a local minimum: a cheaper one may be \
                                       near, and `maneuver.search` may find it";
@@ -49,9 +52,16 @@ pub(crate) struct Task {
     pub(crate) end: End,
     /// What to start from.
     pub(crate) guess: Option<Guess>,
+    /// The steps at which the phases after the first begin; where it is `None`, they are found.
+    pub(crate) switches: Option<Vec<u64>>,
 }
 
 impl Task {
+    /// Whether the lengths of phases are to be found.
+    fn finds_phases(&self, maneuver: &Maneuver) -> bool {
+        self.switches.is_none() && maneuver.has_free_phases()
+    }
+
     /// The whole maneuver, from the scene's state.
     pub(crate) fn whole(scene: &Scene, maneuver: &Maneuver) -> Self {
         Self {
@@ -62,6 +72,7 @@ impl Task {
                 None => End::After(scene.steps as usize),
             },
             guess: None,
+            switches: None,
         }
     }
 }
@@ -153,9 +164,31 @@ pub(crate) struct Solved {
     pub(crate) plan: Plan,
     /// Which of several plans it is, how its commands switch, and whether it may be no minimum; empty where none is to be said.
     pub(crate) remark: String,
+    /// Its phases.
+    pub(crate) phased: Phased,
+}
+
+/// When the phases of a plan begin, and what it took to find that; empty without phases.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(crate) struct Phased {
+    /// The steps of the run at which the phases after the first begin.
+    pub(crate) switches: Vec<u64>,
+    /// Number of schedules that were planned.
+    pub(crate) schedules: u32,
+    /// Number of times that a transfer was solved.
+    pub(crate) solves: u32,
 }
 
 impl Solved {
+    /// A plan of a maneuver without phases.
+    fn new(plan: Plan, remark: String) -> Self {
+        Self {
+            plan,
+            remark,
+            phased: Phased::default(),
+        }
+    }
+
     fn add(&mut self, remark: &str) {
         if !self.remark.is_empty() {
             self.remark += "; ";
@@ -224,13 +257,30 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         propellant,
     };
     let mut solved = match task.end {
+        End::After(_) if task.finds_phases(&maneuver) => {
+            if task.first_step > 0 {
+                return Err(Unsolved::new(Reason::Refused, LATER_PHASES));
+            }
+            phases::solve(problem, task.guess.as_ref(), observe)?
+        }
         End::After(intervals) => {
-            let transfer = problem.transfer(intervals)?;
+            let proportional = || maneuver.proportional_switches(scene.steps);
+            let switches = task.switches.clone().unwrap_or_else(proportional);
+            let transfer = problem.transfer(intervals, &switches)?;
             let guess = task.guess.as_ref().and_then(|Guess { plan, flown }| {
                 // What is too short to be shortened is no help.
                 plan.remaining(&transfer, *flown).ok()
             });
-            problem.solve(&transfer, guess.as_ref(), observe)?
+            let solved = problem.solve(&transfer, &switches, guess.as_ref(), observe)?;
+            if !switches.is_empty() {
+                info!("{}", phases::described(&maneuver, &switches, scene.steps));
+            }
+            let phased = Phased {
+                switches,
+                schedules: 1,
+                solves: 1,
+            };
+            Solved { phased, ..solved }
         }
         End::Free(range) => match range.minimize {
             Minimize::Cost => duration::solve(problem, range, observe)?,
@@ -265,10 +315,11 @@ struct Problem<'p> {
 }
 
 impl Problem<'_> {
-    fn transfer(&self, intervals: usize) -> Result<Transfer, Unsolved> {
+    /// The transfer whose phases after the first begin at the steps `switches` of the run.
+    fn transfer(&self, intervals: usize, switches: &[u64]) -> Result<Transfer, Unsolved> {
         let transfer = self
             .scene
-            .transfer_of(self.maneuver, self.initial, intervals);
+            .transfer_of(self.maneuver, self.initial, intervals, switches);
         let left = self.propellant;
         match left.filter(|_| uses_propellant(self.scene, self.maneuver)) {
             Some(left) => transfer.and_then(|transfer| transfer.with_propellant(left)),
@@ -277,10 +328,11 @@ impl Problem<'_> {
         .map_err(|error| Unsolved::new(Reason::Refused, error))
     }
 
-    /// Solves one transfer.
+    /// Solves one transfer with these switches.
     fn solve(
         &self,
         transfer: &Transfer,
+        switches: &[u64],
         guess: Option<&Plan>,
         observe: Observe<'_>,
     ) -> Result<Solved, Unsolved> {
@@ -291,7 +343,7 @@ impl Problem<'_> {
             match &unsolved.violated {
                 None => unsolved,
                 Some(violated) => Unsolved {
-                    message: violated.told(scene, maneuver),
+                    message: violated.told(scene, maneuver, transfer.intervals(), switches),
                     ..unsolved
                 },
             }
@@ -311,9 +363,9 @@ fn attempt(
     }
     let refused = |error: ProcessingError| Unsolved::new(Reason::Refused, error);
     let early = processed(transfer.clone()).map_err(refused)?;
-    let Solved { plan, remark } = by_method(maneuver, &early, None, observe)?;
+    let Solved { plan, remark, .. } = by_method(maneuver, &early, None, observe)?;
     let plan = flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)?;
-    Ok(Solved { plan, remark })
+    Ok(Solved::new(plan, remark))
 }
 
 fn by_method(
@@ -331,8 +383,7 @@ fn by_method(
         }
         (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe)?,
     };
-    let remark = String::new();
-    Ok(Solved { plan, remark })
+    Ok(Solved::new(plan, String::new()))
 }
 
 /// The cheapest local minimum of a search; the ranking goes to the log.
@@ -356,7 +407,7 @@ fn best(
         info!("{minimum}");
     }
     match (minima.into_iter().next(), ranked.into_iter().next()) {
-        (Some(Minimum { plan, .. }), Some(remark)) => Ok(Solved { plan, remark }),
+        (Some(Minimum { plan, .. }), Some(remark)) => Ok(Solved::new(plan, remark)),
         _ => {
             let message = "no start leads to a minimum";
             Err(Unsolved::new(Reason::NotConverged, message))

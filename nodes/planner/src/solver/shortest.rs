@@ -35,9 +35,9 @@ pub(super) fn solve(
     let whole = (minimum.final_time / problem.scene.h() - ROUNDING).ceil() as u64;
     let mut steps = whole.clamp(min_steps, max_steps);
     let mut planned = |steps: u64, guess: &Plan| -> Result<Option<Plan>, Unsolved> {
-        let transfer = problem.transfer(steps as usize)?;
+        let transfer = problem.transfer(steps as usize, &[])?;
         let mut count = |now: &Iteration| observe(&tally.count(now));
-        match problem.solve(&transfer, Some(guess), &mut count) {
+        match problem.solve(&transfer, &[], Some(guess), &mut count) {
             Ok(Solved { plan, .. }) => Ok(Some(plan)),
             Err(unsolved) if is_missing(&unsolved) => Ok(None),
             Err(unsolved) => Err(unsolved),
@@ -65,7 +65,7 @@ pub(super) fn solve(
     }
     let remark = described(steps, min_steps, &minimum);
     info!("{remark}");
-    Ok(Solved { plan, remark })
+    Ok(Solved::new(plan, remark))
 }
 
 /// The plan of the shortest time, whatever number of steps of the run it is.
@@ -77,7 +77,7 @@ fn continuous(
     let Problem {
         scene, maneuver, ..
     } = problem;
-    let transfer = problem.transfer(range.max_steps as usize)?;
+    let transfer = problem.transfer(range.max_steps as usize, &[])?;
     let times = TimeRange {
         shortest: range.min_steps as f64 * scene.h(),
         longest: range.max_steps as f64 * scene.h(),
@@ -101,7 +101,7 @@ fn continuous(
             FinalTimeError::Plan { source, .. } | FinalTimeError::Unreached { source, .. } => {
                 let mut unsolved = Unsolved::from(*source);
                 unsolved.message = match &unsolved.violated {
-                    Some(violated) => violated.told(scene, maneuver),
+                    Some(violated) => violated.told(scene, maneuver, range.max_steps as usize, &[]),
                     None => message,
                 };
                 unsolved
@@ -204,7 +204,7 @@ mod tests {
     }
 
     fn steps(edits: &[(&str, &str)]) -> (usize, String) {
-        let Solved { plan, remark } = planned(edits).unwrap();
+        let Solved { plan, remark, .. } = planned(edits).unwrap();
         (plan.controls.len(), remark)
     }
 
@@ -232,7 +232,7 @@ mod tests {
         let text = include_str!("../../../../scenes/minimum_time_slew.toml");
         let scene = Scene::parse("minimum_time_slew", text).unwrap();
         let task = Task::whole(&scene, scene.maneuver.as_ref().unwrap());
-        let Solved { plan, remark } = solve(&scene, &task, &mut |_| true).unwrap();
+        let Solved { plan, remark, .. } = solve(&scene, &task, &mut |_| true).unwrap();
         assert_eq!(plan.controls.len(), 100, "{remark}");
         let inner = plan
             .controls

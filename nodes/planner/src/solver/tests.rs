@@ -24,6 +24,7 @@ fn solved(scene: &Scene) -> Solved {
         initial: Initial::State(scene.bodies[0].state),
         end: End::After(scene.steps as usize),
         guess: None,
+        switches: None,
     };
     solve(scene, &task, &mut |_| true).unwrap_or_else(|unsolved| panic!("{}", unsolved.message))
 }
@@ -87,7 +88,7 @@ fn a_search_returns_the_cheapest_minimum() {
     let plain = solved(&scene("", "\"lie_euler\""));
     assert_eq!(plain.remark, "");
     let keys = "search = { starts = 12, seed = 1 }";
-    let Solved { plan, remark } = solved(&scene(keys, "\"lie_euler\""));
+    let Solved { plan, remark, .. } = solved(&scene(keys, "\"lie_euler\""));
     let (searched, plain) = (plan.cost, plain.plan.cost);
     assert!(searched < plain * (1.0 - 1e-3), "{searched} and {plain}");
     assert!(

@@ -1,10 +1,10 @@
 //! A violated constraint in words: its kind, and by how much in a unit.
 
 use lgvi_control::constraint::{
-    Coordinates, KeepOutCone, KeepOutEllipsoid, KeepOutSphere, LineOfSight, Plume,
+    Coordinates, KeepInSphere, KeepOutCone, KeepOutEllipsoid, KeepOutSphere, LineOfSight, Plume,
 };
 use lgvi_control::{Constraint, PlanError};
-use lgvi_scene::{Maneuver, Scene};
+use lgvi_scene::{Maneuver, Phase, Scene, Stated};
 
 /// What no plan meets.
 #[derive(Clone, Copy, Debug)]
@@ -92,7 +92,14 @@ impl Violated {
         })
     }
 
-    pub(super) fn told(&self, scene: &Scene, maneuver: &Maneuver) -> String {
+    /// In a transfer of so many intervals, whose phases after the first begin at the steps `switches` of the run.
+    pub(super) fn told(
+        &self,
+        scene: &Scene,
+        maneuver: &Maneuver,
+        intervals: usize,
+        switches: &[u64],
+    ) -> String {
         let (number, step, by, what) = match *self {
             Self::Constraint {
                 number,
@@ -122,10 +129,24 @@ impl Violated {
                 );
             }
         };
-        let violates = match maneuver.constraints.get(number) {
-            Some(constraint) => {
-                let (kind, amount) = (constraint.name(), amount(scene, constraint, by));
-                format!("violates {kind} (maneuver.constraints[{number}]) by {amount}")
+        let first_step = scene.steps.saturating_sub(intervals as u64);
+        let mut all = scene
+            .constraints_from(maneuver, first_step, switches)
+            .into_iter();
+        let violates = match all.nth(number) {
+            Some(Stated {
+                key,
+                phase,
+                constraint,
+            }) => {
+                let (kind, amount) = (constraint.name(), amount(scene, &constraint, by));
+                let of =
+                    phase.map_or_else(String::new, |phase| format!(" of phase `{}`", phase.name));
+                let off = phase.and_then(|phase| weak(maneuver, phase));
+                format!(
+                    "violates {kind}{of} ({key}) by {amount}{}",
+                    off.unwrap_or_default()
+                )
             }
             None => {
                 let actuator = maneuver.commands().name().trim_end_matches('s');
@@ -149,10 +170,25 @@ impl Violated {
     }
 }
 
+/// What the commands that are on in a phase leave undone, if some are off.
+fn weak(maneuver: &Maneuver, phase: &Phase) -> Option<String> {
+    let actuation = &maneuver.actuation;
+    let [on, all] = [&phase.off[..], &[]].map(|off| actuation.rank_without(off));
+    (on < all).then(|| {
+        format!(
+            " (the commands that are on in it exert {on} of {all} independent forces and moments)"
+        )
+    })
+}
+
 fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
     let cone = constraint.in_frame::<KeepOutCone>().is_some();
     if cone || constraint.in_frame::<LineOfSight>().is_some() {
         return format!("{:.3}°", by.to_degrees());
+    }
+    if let Some(sphere) = constraint.in_frame::<KeepInSphere>() {
+        let radius = sphere.constraint.radius();
+        return format!("{:.3e} m", by * radius * scene.units.length);
     }
     if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
         let radius = sphere.constraint.radius();
@@ -168,7 +204,7 @@ fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
     if constraint.in_frame::<KeepOutEllipsoid>().is_some() {
         return format!("{:.3} % of its radius", 100.0 * by);
     }
-    let of = match constraint {
+    let of = match constraint.bare() {
         Constraint::State(state) if state.coordinates() == Coordinates::Position => "its length",
         _ => "its limit",
     };
@@ -198,7 +234,7 @@ mod tests {
         let unsolved = super::super::Unsolved::from(error);
         assert_eq!(unsolved.reason, super::super::Reason::Infeasible);
         let violated = unsolved.violated.unwrap();
-        let told = violated.told(&scene, scene.maneuver.as_ref().unwrap());
+        let told = violated.told(&scene, scene.maneuver.as_ref().unwrap(), 240, &[]);
         let expected =
             "violates corridor (maneuver.constraints[0]) by 25.000 % of its length at step 7";
         assert!(told.contains(expected), "{told}");

@@ -1,5 +1,7 @@
 use nalgebra::{SMatrix, SVector};
 
+use super::Window;
+use crate::problem::Off;
 use crate::{Command, MAX_COMMANDS};
 
 /// An inequality on the commands of an interval, quadratic or linear: `½ wᵀ Q w + a · w ≤ b`.
@@ -17,6 +19,8 @@ pub struct CommandInequality<const U: usize = MAX_COMMANDS> {
     limit: f64,
     /// The price of a violation per unit of time, if it is not forbidden.
     pub(crate) price: Option<f64>,
+    /// The steps in which it holds, if it does not hold in all.
+    pub(crate) window: Option<Window>,
 }
 
 impl CommandInequality {
@@ -29,6 +33,7 @@ impl CommandInequality {
             bound,
             limit: bound,
             price: None,
+            window: None,
         }
     }
 
@@ -41,6 +46,7 @@ impl CommandInequality {
             bound: 0.5,
             limit: 0.5,
             price: None,
+            window: None,
         }
     }
 
@@ -104,11 +110,37 @@ impl CommandInequality {
             bound: self.bound,
             limit: self.limit,
             price: self.price,
+            window: self.window,
         }
     }
 }
 
 impl<const U: usize> CommandInequality<U> {
+    /// An inequality that any command satisfies, `0 ≤ 1`.
+    pub(crate) fn idle() -> Self {
+        Self {
+            index: 0,
+            hessian: SMatrix::zeros(),
+            linear: SVector::zeros(),
+            bound: 1.0,
+            limit: 1.0,
+            price: None,
+            window: None,
+        }
+    }
+
+    /// Whether it restricts the commands of one of `intervals` steps, in which some are off.
+    pub(crate) fn restricts(&self, step: usize, intervals: usize, off: Off) -> bool {
+        let holds = self
+            .window
+            .is_none_or(|window| window.holds_in(step, intervals));
+        let on = |command: usize| {
+            let involved = self.linear[command] != 0.0 || self.hessian[(command, command)] != 0.0;
+            involved && !off.contains(command)
+        };
+        holds && (off.is_none() || (0..U).any(on))
+    }
+
     /// `g(w)`.
     pub(crate) fn value(&self, command: &SVector<f64, U>) -> f64 {
         (0.5 * (self.hessian * command) + self.linear).dot(command) - self.bound

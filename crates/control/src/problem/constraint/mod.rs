@@ -13,6 +13,7 @@ mod coordinates;
 mod corridor;
 mod ellipsoid;
 mod frame;
+mod keep_in;
 mod limits;
 mod line_of_sight;
 mod moving;
@@ -22,13 +23,14 @@ mod set;
 mod sight;
 mod speed;
 mod sphere;
+mod window;
 
 #[cfg(test)]
 mod tests;
 
 use std::any::Any;
 use std::fmt::Debug;
-use std::ops::RangeInclusive;
+use std::ops::{Range, RangeInclusive};
 use std::sync::Arc;
 
 use lgvi_dynamics::BodyState;
@@ -44,6 +46,7 @@ pub use corridor::Corridor;
 pub use ellipsoid::KeepOutEllipsoid;
 pub use frame::FramePose;
 pub(crate) use frame::cubic;
+pub use keep_in::KeepInSphere;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
 pub use line_of_sight::LineOfSight;
 pub use moving::{InFrame, Moving};
@@ -53,6 +56,8 @@ pub(in crate::problem) use set::command_limits;
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use speed::Speed;
 pub use sphere::KeepOutSphere;
+pub use window::During;
+pub(crate) use window::Window;
 
 /// An inequality on the commands of each interval or on the states of a plan.
 ///
@@ -69,6 +74,8 @@ pub enum Constraint {
     State(Arc<dyn StateConstraint>),
     /// A constraint whose violation has a price instead of being forbidden, see [`Constraint::priced`].
     Priced(Box<Priced>),
+    /// A constraint that holds in some steps only, see [`Constraint::during`].
+    During(Box<During>),
 }
 
 /// A constraint and the price of its violation.
@@ -199,22 +206,41 @@ impl Constraint {
         }
     }
 
-    /// The constraint, with its price, of a transfer that starts `time` later: one that moves has moved.
-    pub fn later(&self, time: f64) -> Self {
-        match (self, self.downcast_ref::<Moving>()) {
-            (_, None) => self.clone(),
-            (Self::Priced(priced), Some(_)) => Self::Priced(Box::new(Priced {
-                constraint: priced.constraint.later(time),
+    /// The constraint, with its price, of a transfer that starts `steps` steps of length `h` later: one that moves has moved, and
+    /// its own steps are as many less. Returns `None` if they are over.
+    pub fn later(&self, steps: usize, h: f64) -> Option<Self> {
+        match self {
+            Self::Commands(_) => Some(self.clone()),
+            Self::State(constraint) => {
+                let any: &dyn Any = &**constraint;
+                Some(match any.downcast_ref::<Moving>() {
+                    Some(moving) => Self::state(moving.later(h * steps as f64)),
+                    None => self.clone(),
+                })
+            }
+            Self::Priced(priced) => Some(Self::Priced(Box::new(Priced {
+                constraint: priced.constraint.later(steps, h)?,
                 price: priced.price,
-            })),
-            (_, Some(moving)) => Self::state(moving.later(time)),
+            }))),
+            Self::During(during) => {
+                let Range { start, end } = during.steps;
+                let rest = start.saturating_sub(steps)..end.saturating_sub(steps);
+                let constraint = during.constraint.later(steps, h)?;
+                (!rest.is_empty()).then(|| {
+                    Self::During(Box::new(During {
+                        constraint,
+                        steps: rest,
+                    }))
+                })
+            }
         }
     }
 
-    /// The constraint without its price.
-    fn unpriced(&self) -> &Self {
+    /// The constraint itself, without its price and its steps.
+    pub fn bare(&self) -> &Self {
         match self {
-            Self::Priced(priced) => &priced.constraint,
+            Self::Priced(priced) => priced.constraint.bare(),
+            Self::During(during) => during.constraint.bare(),
             constraint => constraint,
         }
     }
@@ -223,6 +249,7 @@ impl Constraint {
     pub fn name(&self) -> &'static str {
         match self {
             Self::Priced(priced) => priced.constraint.name(),
+            Self::During(during) => during.constraint.name(),
             Self::Commands(constraint) => constraint.name(),
             Self::State(constraint) => constraint.name(),
         }
@@ -230,7 +257,7 @@ impl Constraint {
 
     /// Returns true if it limits commands, not states.
     pub fn is_on_commands(&self) -> bool {
-        matches!(self.unpriced(), Self::Commands(_))
+        matches!(self.bare(), Self::Commands(_))
     }
 
     /// The coordinate whose motion it limits, or `None` if it limits both.
@@ -239,6 +266,7 @@ impl Constraint {
             Self::Commands(constraint) => constraint.place(),
             Self::State(constraint) => constraint.coordinates().place(),
             Self::Priced(priced) => priced.constraint.place(),
+            Self::During(during) => during.constraint.place(),
         }
     }
 
@@ -262,6 +290,7 @@ impl Constraint {
             Self::Commands(constraint) => &**constraint,
             Self::State(constraint) => &**constraint,
             Self::Priced(priced) => priced.constraint.any(),
+            Self::During(during) => during.constraint.any(),
         }
     }
 }
@@ -270,7 +299,10 @@ impl PartialEq for Constraint {
     fn eq(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Priced(one), Self::Priced(other)) => one == other,
-            (Self::Priced(_), _) | (_, Self::Priced(_)) => false,
+            (Self::During(one), Self::During(other)) => one == other,
+            (Self::Priced(_) | Self::During(_), _) | (_, Self::Priced(_) | Self::During(_)) => {
+                false
+            }
             (Self::Commands(constraint), _) => constraint.equals(other.any()),
             (Self::State(constraint), _) => constraint.equals(other.any()),
         }

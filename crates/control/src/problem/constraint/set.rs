@@ -3,7 +3,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{ByAttitude, CommandInequality, Constraint, Coordinates, StateConstraint};
+use super::{ByAttitude, CommandInequality, Constraint, Coordinates, StateConstraint, Window};
 use crate::problem::{Actuation, Command, MAX_COMMANDS, TerminalSet};
 use crate::units::Units;
 
@@ -36,25 +36,29 @@ pub(crate) struct StateInequality {
     start: f64,
     /// The price of a violation per unit of time, if it is not forbidden.
     pub(crate) price: Option<f64>,
+    /// The steps in which it holds, if it does not hold in all.
+    window: Option<Window>,
 }
 
-/// For each command, the size that rows without a price allow it alone, or infinity.
+/// For each command, the size that rows without a price allow it alone in all steps, or infinity.
 pub(in crate::problem) fn command_limits<'r>(
     rows: impl IntoIterator<Item = &'r CommandInequality>,
 ) -> Command {
-    let hard = rows.into_iter().filter(|row| row.price.is_none());
+    let always = |row: &&CommandInequality| row.price.is_none() && row.window.is_none();
+    let hard = rows.into_iter().filter(always);
     hard.fold(Command::repeat(f64::INFINITY), |limits, row| {
         limits.inf(&row.limits())
     })
 }
 
 impl InequalitySet {
-    /// The inequalities of `constraints` for an actuation, a start and a target.
+    /// The inequalities of `constraints` for an actuation, a start and a target, in a transfer of `intervals` steps.
     pub(crate) fn new(
         constraints: &[Constraint],
         actuation: &Actuation,
         initial: &BodyState,
         target: &TerminalSet,
+        intervals: usize,
     ) -> Self {
         let mut end = *initial;
         target.aim(&mut end);
@@ -62,12 +66,20 @@ impl InequalitySet {
         let mut all = Self::default();
         for (index, constraint) in constraints.iter().enumerate() {
             let price = constraint.price();
-            match constraint.unpriced() {
-                Constraint::Priced(_) => (),
+            let steps = constraint.steps();
+            let window = steps
+                .as_ref()
+                .and_then(|steps| Window::new(steps, intervals));
+            if steps.is_some() && window.is_none() {
+                continue;
+            }
+            match constraint.bare() {
+                Constraint::Priced(_) | Constraint::During(_) => (),
                 Constraint::Commands(constraint) => {
                     for mut row in constraint.inequalities(actuation) {
                         row.index = index;
                         row.price = price;
+                        row.window = window;
                         all.command.push(row);
                     }
                 }
@@ -82,16 +94,18 @@ impl InequalitySet {
                     spread: Arc::default(),
                     start: 0.0,
                     price,
+                    window,
                 }),
             }
         }
         all
     }
 
-    /// For each command, true if it must not be negative.
+    /// For each command, true if it must not be negative in any step.
     pub(crate) fn one_sided(&self) -> [bool; MAX_COMMANDS] {
         let mut one_sided = [false; MAX_COMMANDS];
-        let sides = self.command.iter().filter_map(CommandInequality::one_sided);
+        let always = self.command.iter().filter(|row| row.window.is_none());
+        let sides = always.filter_map(CommandInequality::one_sided);
         sides.for_each(|command| one_sided[command] = true);
         one_sided
     }
@@ -103,9 +117,19 @@ impl InequalitySet {
         commands.chain(states).flatten()
     }
 
-    /// For each command, the size that the inequalities allow it alone, or infinity.
+    /// For each command, the size that the inequalities allow it alone in all steps, or infinity.
     pub(crate) fn command_limits(&self) -> Command {
         command_limits(&self.command)
+    }
+
+    /// Those on states, at the ends of steps, if any of them holds in some steps only.
+    pub(crate) fn on_states_in_phases(&self) -> Option<Self> {
+        let mut state = self.state.iter();
+        state.any(|row| row.window.is_some()).then(|| Self {
+            command: Vec::new(),
+            state: self.state.clone(),
+            only_at_ends: true,
+        })
     }
 
     /// True if there are no inequalities.
@@ -151,15 +175,28 @@ impl InequalitySet {
 
     /// The inequalities of the transfer that starts so many intervals of length `h` later.
     pub(crate) fn later(&self, h: f64, intervals: usize) -> Self {
-        let state = |row: &StateInequality| StateInequality {
-            start: row.start + h * intervals as f64,
-            margins: row.margins.get(intervals..).unwrap_or_default().into(),
-            spread: row.spread.get(intervals..).unwrap_or_default().into(),
-            ..row.clone()
+        // None within if it always holds, and none at all if its steps are over.
+        let rest = |window: Option<Window>| match window {
+            None => Some(None),
+            Some(window) => window.later(intervals).map(Some),
+        };
+        let command = |row: &CommandInequality| {
+            let mut own = row.clone();
+            own.window = rest(row.window)?;
+            Some(own)
+        };
+        let state = |row: &StateInequality| {
+            Some(StateInequality {
+                start: row.start + h * intervals as f64,
+                margins: row.margins.get(intervals..).unwrap_or_default().into(),
+                spread: row.spread.get(intervals..).unwrap_or_default().into(),
+                window: rest(row.window)?,
+                ..row.clone()
+            })
         };
         Self {
-            command: self.command.clone(),
-            state: self.state.iter().map(state).collect(),
+            command: self.command.iter().filter_map(command).collect(),
+            state: self.state.iter().filter_map(state).collect(),
             only_at_ends: self.only_at_ends,
         }
     }
@@ -216,14 +253,23 @@ impl StateInequality {
     pub(crate) fn within(&self, interval: usize, intervals: usize) -> [f64; 2] {
         let range = self.constraint.applies();
         let part = |end: &f64| (end * intervals as f64 - interval as f64).clamp(0.0, 1.0);
-        [part(range.start()), part(range.end())]
+        let [from, to] = [part(range.start()), part(range.end())];
+        let [least, most] = match &self.window {
+            Some(window) => window.within(interval, intervals),
+            None => [0.0, 1.0],
+        };
+        [from.max(least), to.min(most)]
     }
 
     /// For each of `intervals` intervals, true if the inequality applies at its end.
     pub(crate) fn applies(&self, intervals: usize) -> Vec<bool> {
         let range = self.constraint.applies();
-        let ends = (1..=intervals).map(|end| end as f64 / intervals as f64);
-        ends.map(|part| range.contains(&part)).collect()
+        let holds = |end: usize| {
+            let mut window = self.window.iter();
+            range.contains(&(end as f64 / intervals as f64))
+                && window.all(|window| window.holds_at(end, intervals))
+        };
+        (1..=intervals).map(holds).collect()
     }
 
     /// The inequality at the end of each of `intervals` intervals of length `h`, or nothing if it is always the same.

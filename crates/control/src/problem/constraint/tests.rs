@@ -14,7 +14,7 @@ fn compile(constraint: Constraint, actuation: &Actuation) -> InequalitySet {
         angular_momentum: Vector3::zeros(),
     };
     let free = TerminalSet::from(&Terminal::FREE);
-    InequalitySet::new(&[constraint], actuation, &start, &free)
+    InequalitySet::new(&[constraint], actuation, &start, &free, 10)
 }
 
 fn full() -> Actuation {
@@ -132,8 +132,21 @@ fn a_constraint_that_moves_keeps_its_price_later() {
     let moving = Moving::new(sphere, poses, 1.0).expect("a sphere that moves");
     let hard = Constraint::state(moving.clone());
     let priced = hard.clone().priced(3.0).expect("a price");
-    assert_eq!(hard.later(2.0), Constraint::state(moving.later(2.0)));
-    assert_eq!(priced.later(2.0).price(), Some(3.0));
-    assert_eq!(priced.later(2.0).unpriced(), &hard.later(2.0));
-    assert_eq!(all(1.0).later(2.0), all(1.0));
+    let moved = Some(Constraint::state(moving.later(2.0)));
+    assert_eq!(hard.later(4, 0.5), moved);
+    let later = priced.later(4, 0.5).expect("a constraint");
+    assert_eq!(
+        (later.price(), Some(later.bare())),
+        (Some(3.0), moved.as_ref())
+    );
+    assert_eq!(all(1.0).later(4, 0.5), Some(all(1.0)));
+    let during = priced.during(3..9).expect("steps");
+    let later = during.later(4, 0.5).expect("a constraint");
+    assert_eq!((later.steps(), later.price()), (Some(0..5), Some(3.0)));
+    assert_eq!(Some(later.bare()), moved.as_ref());
+    assert_eq!(during.later(9, 0.5), None);
+    let both = during.clone().during(5..20).expect("steps");
+    assert_eq!((both.steps(), both.price()), (Some(5..9), Some(3.0)));
+    let error = during.during(9..12).expect_err("no step");
+    assert_eq!(error.name, "steps");
 }

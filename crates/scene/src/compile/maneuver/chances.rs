@@ -21,7 +21,7 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
     if let Some((other, _)) = others.iter().find(|(_, given)| *given) {
         return refused(format!("none beside `{other}`"));
     }
-    if maneuver.constraints.iter().all(|one| one.is_on_commands()) {
+    if maneuver.all_constraints().all(|one| one.is_on_commands()) {
         return refused("none without a constraint on states".into());
     }
     let uncertainty = match (&scene.ensemble, &scene.disturbance) {
@@ -75,7 +75,9 @@ fn check_relative(
     table: &str,
     deviates: impl Fn(usize) -> bool,
 ) -> Result<(), SceneError> {
-    let relative = file.constraints.iter().filter_map(|one| one.relative_to());
+    let relative = file
+        .all_constraints()
+        .filter_map(|(_, one)| one.relative_to());
     let mut names = relative.flat_map(|relative| relative.about.iter().chain([&relative.body]));
     match names.find(|name| scene.body_index(name).is_some_and(&deviates)) {
         None => Ok(()),

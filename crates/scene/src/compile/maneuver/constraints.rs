@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
 use lgvi_control::constraint::{
-    AngularRate, CommandLimit, ComponentLimit, Corridor, FramePose, KeepOutCone, KeepOutEllipsoid,
-    KeepOutSphere, LineOfSight, Moving, NormLimit, Plume, Speed, StateConstraint,
+    AngularRate, CommandLimit, ComponentLimit, Corridor, FramePose, KeepInSphere, KeepOutCone,
+    KeepOutEllipsoid, KeepOutSphere, LineOfSight, Moving, NormLimit, Plume, Speed, StateConstraint,
 };
 use lgvi_control::{Actuation, Constraint, Motion, ParameterError, Place};
 use lgvi_dynamics::RigidBody;
@@ -76,6 +76,19 @@ pub(crate) enum ConstraintFile {
     },
     /// A sphere that the center of mass stays out of.
     KeepOutSphere {
+        /// Center of the sphere, inertial frame.
+        #[serde(alias = "centre")]
+        center: [f64; 3],
+        /// Radius of the sphere.
+        radius: f64,
+        /// Axes that `center` is relative to; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
+        /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
+        /// is forbidden.
+        price: Option<f64>,
+    },
+    /// A sphere that the center of mass stays in.
+    KeepInSphere {
         /// Center of the sphere, inertial frame.
         #[serde(alias = "centre")]
         center: [f64; 3],
@@ -166,11 +179,11 @@ pub(crate) enum ConstraintFile {
     },
 }
 
-/// Compiles the constraints.
+/// Compiles the constraints that are given at a key.
 pub(super) fn constraints<'s>(
     scene: &Scene,
     body: &RigidBody,
-    files: &'s [ConstraintFile],
+    (files, place): (&'s [ConstraintFile], &str),
     motion: Motion,
     actuation: &Actuation,
     predictions: &mut Predictions<'s>,
@@ -179,7 +192,7 @@ pub(super) fn constraints<'s>(
         .iter()
         .enumerate()
         .map(|(index, file)| {
-            let key = |name: &str| format!("maneuver.constraints[{index}].{name}");
+            let key = |name: &str| format!("{place}[{index}].{name}");
             let frame = match file.relative_to() {
                 None => None,
                 Some(file) => {
@@ -228,6 +241,7 @@ impl ConstraintFile {
         match self {
             Self::KeepOutCone { relative_to, .. }
             | Self::KeepOutSphere { relative_to, .. }
+            | Self::KeepInSphere { relative_to, .. }
             | Self::Corridor { relative_to, .. }
             | Self::KeepOutEllipsoid { relative_to, .. }
             | Self::LineOfSight { relative_to, .. }
@@ -252,6 +266,7 @@ impl ConstraintFile {
             | Self::MomentNorm { price, .. }
             | Self::KeepOutCone { price, .. }
             | Self::KeepOutSphere { price, .. }
+            | Self::KeepInSphere { price, .. }
             | Self::Corridor { price, .. }
             | Self::AngularRate { price, .. }
             | Self::Speed { price, .. }
@@ -303,6 +318,9 @@ fn constraint(
         }
         File::KeepOutSphere { center, radius, .. } => {
             state(KeepOutSphere::new((*center).into(), *radius)?, frame)?
+        }
+        File::KeepInSphere { center, radius, .. } => {
+            state(KeepInSphere::new((*center).into(), *radius)?, frame)?
         }
         File::Corridor {
             apex,

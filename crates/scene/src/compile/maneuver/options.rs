@@ -1,12 +1,11 @@
 use lgvi_control::{Constraint, Dynamics, Motion};
 use lgvi_dynamics::Method;
 
-use super::ConstraintFile;
 use crate::file::{
     FinalTimeFile, ManeuverFile, MinimizeFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile,
 };
 use crate::{
-    Commands, FinalTime, Integration, Maneuver, Minimize, Replan, Scene, SceneError, Search,
+    Commands, FinalTime, Integration, Maneuver, Minimize, Phase, Replan, Scene, SceneError, Search,
     Solver, SolverMethod, check,
 };
 
@@ -152,6 +151,7 @@ pub(super) fn check_combination(
         let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
         return Err(SceneError::value("run.steps", scene.steps, expected));
     }
+    check_phases(maneuver)?;
     if maneuver.is_relative() && maneuver.final_time.is_some() {
         let expected = "none beside `relative_to`: the axes are known at the times of the run only";
         return Err(SceneError::value("maneuver.final_time", "given", expected));
@@ -165,6 +165,31 @@ pub(super) fn check_combination(
             Err(SceneError::value("maneuver.search", "given", expected))
         }
     }
+}
+
+/// Refuses what does not go with phases.
+fn check_phases(maneuver: &Maneuver) -> Result<(), SceneError> {
+    if maneuver.phases.is_empty() {
+        return Ok(());
+    }
+    if maneuver.final_time.is_some() {
+        let expected =
+            "none beside `phases`, which last for the run: give the last one a range, or none";
+        return Err(SceneError::value("maneuver.final_time", "given", expected));
+    }
+    if maneuver.search.is_some() && maneuver.has_free_phases() {
+        let expected = "none beside phases whose lengths are to be found";
+        return Err(SceneError::value("maneuver.search", "given", expected));
+    }
+    let limits = |phase: &Phase| phase.constraints.iter().any(Constraint::is_on_commands);
+    let limited = maneuver.phases.iter().position(limits);
+    if let (true, Some(number)) = (maneuver.feedback, limited) {
+        let expected = format!(
+            "false beside limits in `maneuver.phases[{number}]`: feedback is held within the limits of all phases only"
+        );
+        return Err(SceneError::value("maneuver.feedback", true, expected));
+    }
+    Ok(())
 }
 
 /// Refuses what does not go with the least duration.
@@ -216,12 +241,9 @@ fn check_actuators(
         let expected = format!("at most {most} steps for a plan of so many {name}");
         return Err(SceneError::value("run.steps", scene.steps, expected));
     }
-    let inertial = file
-        .constraints
-        .iter()
-        .position(ConstraintFile::is_of_inertial_axes);
-    if let Some(index) = inertial {
-        let key = format!("maneuver.constraints[{index}].kind");
+    let mut all = file.all_constraints();
+    if let Some((key, _)) = all.find(|(_, constraint)| constraint.is_of_inertial_axes()) {
+        let key = format!("{key}.kind");
         let expected = format!("a kind without inertial axes where `commands` is \"{name}\"");
         return Err(SceneError::value(key, "force_components", expected));
     }
@@ -258,6 +280,7 @@ fn check_plain(maneuver: &Maneuver, beyond: &[(&str, bool)], why: &str) -> Resul
     let always = [
         ("motion", maneuver.motion != Motion::Full),
         ("constraints", !maneuver.constraints.is_empty()),
+        ("phases", !maneuver.phases.is_empty()),
         ("target", maneuver.target.state().is_none()),
         ("replan", maneuver.replan.is_some()),
         ("feedback", maneuver.feedback),

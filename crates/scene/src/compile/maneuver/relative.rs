@@ -15,18 +15,23 @@ use crate::{Maneuver, Scene, SceneError};
 pub(crate) struct Relative {
     target: TargetFile,
     constraints: Vec<ConstraintFile>,
+    /// Those of each phase.
+    phases: Vec<Vec<ConstraintFile>>,
 }
 
 impl Relative {
     /// Returns `None` if nothing is relative to another body.
     pub(super) fn of(file: &ManeuverFile) -> Option<Arc<Self>> {
-        let mut constraints = file.constraints.iter();
+        let mut constraints = file.all_constraints();
         let relative = file.target.relative_to.is_some()
-            || constraints.any(|constraint| constraint.relative_to().is_some());
+            || constraints.any(|(_, constraint)| constraint.relative_to().is_some());
         relative.then(|| {
             Arc::new(Self {
                 target: file.target.clone(),
                 constraints: file.constraints.clone(),
+                phases: (file.phases.iter())
+                    .map(|phase| phase.constraints.clone())
+                    .collect(),
             })
         })
     }
@@ -44,19 +49,27 @@ impl Scene {
         };
         let mut predictions = Predictions::in_flight(self, maneuver.body, seen);
         let target = relative.target(self, maneuver, &mut predictions)?;
-        let constraints = constraints::constraints(
-            self,
-            &self.bodies[maneuver.body].body,
-            &relative.constraints,
-            maneuver.motion,
-            &maneuver.actuation,
-            &mut predictions,
-        )?;
-        Ok(Some(Maneuver {
+        let mut constraints = |files, place: &str| {
+            constraints::constraints(
+                self,
+                &self.bodies[maneuver.body].body,
+                (files, place),
+                maneuver.motion,
+                &maneuver.actuation,
+                &mut predictions,
+            )
+        };
+        let mut seen = Maneuver {
             target,
-            constraints,
+            constraints: constraints(&relative.constraints[..], "maneuver.constraints")?,
             ..maneuver.clone()
-        }))
+        };
+        let files = relative.phases.iter().enumerate();
+        for (phase, (number, files)) in seen.phases.iter_mut().zip(files) {
+            let place = format!("maneuver.phases[{number}].constraints");
+            phase.constraints = constraints(&files[..], &place)?;
+        }
+        Ok(Some(seen))
     }
 
     /// Returns the maneuver's target beside these bodies in their states at the end of a flight, or `None` if it is not relative

@@ -3,7 +3,7 @@ use std::fmt::{self, Display, Formatter};
 use lgvi_control::terminal::FinalPosition;
 use lgvi_control::{Dynamics, Motion, Place};
 use lgvi_dynamics::{MassDistribution, RigidBody};
-use lgvi_scene::{Minimize, Scene, SolverMethod};
+use lgvi_scene::{Minimize, Phase, Scene, SolverMethod};
 use serde::Serialize;
 
 /// What is planned, and how.
@@ -42,6 +42,17 @@ impl Maneuver {
             options.push(format!(
                 "its duration {found} between {least} s and {most} s"
             ));
+        }
+        if !maneuver.phases.is_empty() {
+            let phase = |phase: &Phase| {
+                let [least, most] = [phase.min_steps, phase.max_steps].map(|n| scene.seconds(n));
+                match least < most {
+                    true => format!("`{}` {least} s to {most} s", phase.name),
+                    false => format!("`{}` {least} s", phase.name),
+                }
+            };
+            let phases: Vec<_> = maneuver.phases.iter().map(phase).collect();
+            options.push(format!("in phases: {}", phases.join(", ")));
         }
         if let Some(search) = maneuver.search {
             options.push(format!("the best of {} starts", search.starts));
@@ -83,7 +94,7 @@ impl Maneuver {
                 SolverMethod::Newton => "Newton's method on all steps",
                 SolverMethod::Shooting => "shooting",
             },
-            constraints: maneuver.constraints.len(),
+            constraints: maneuver.all_constraints().count(),
             options,
         })
     }

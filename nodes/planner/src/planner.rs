@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use lgvi_common::{Event, PlanReport, Warning, WarningCode};
+use lgvi_common::{Event, PlanReport, SoftReport, Warning, WarningCode};
 use lgvi_control::Plan;
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::report::Reporter;
@@ -333,5 +333,9 @@ fn report(now: &Iteration) -> PlanReport {
         trials: now.trials,
         violation: now.violation,
         cost: now.cost,
+        soft: (now.priced > 0.0).then_some(SoftReport {
+            violation: now.priced,
+            paid: now.paid,
+        }),
     }
 }

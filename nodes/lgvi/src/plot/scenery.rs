@@ -1,7 +1,9 @@
-//! What stays where it is beside the bodies of a flight: orbits, corridors, spheres, frames.
+//! What stays where it is beside the bodies of a flight: orbits, corridors, ellipsoids, frames.
 
-use lgvi_control::constraint::{Corridor, FramePose, KeepOutSphere};
-use nalgebra::Vector3;
+use std::f64::consts::TAU;
+
+use lgvi_control::constraint::{FramePose, Region};
+use nalgebra::{Matrix3, Vector3};
 use plotters::style::Color;
 
 use super::canvas::{Anchor, Canvas, Font, Stroke};
@@ -17,6 +19,9 @@ use super::{limits, style};
 /// Lines from a corridor's apex to its rim.
 const SIDES: usize = 12;
 
+/// Corners of an outline.
+const CORNERS: u32 = 96;
+
 /// Apex and rim of each corridor (m), seen from a frame, as far as the flight was from the apex.
 pub(super) fn corridors(
     flight: &FlightData,
@@ -24,34 +29,67 @@ pub(super) fn corridors(
 ) -> Vec<(Vector3<f64>, Vec<Vector3<f64>>)> {
     let length = flight.scene.units.length;
     let body = turned(flight);
-    let corridor = limits::all::<Corridor>(flight).map(|framed| {
-        let (frame, corridor) = (framed.last_pose(), framed.constraint);
-        let apex = from.seen(&(frame.point(corridor.apex()) * length));
+    let corridors = limits::regions(flight).filter_map(|region| {
+        let Region::Corridor {
+            apex,
+            axis,
+            half_angle,
+        } = region
+        else {
+            return None;
+        };
+        let apex = from.seen(&(apex * length));
         let positions = flight.samples.iter();
         let distances = positions.map(|sample| (sample.bodies[body].position - apex).norm());
         let reach = distances.fold(0.0, f64::max);
-        let axis = from.rotation.tr_mul(&(frame.rotation * corridor.axis()));
-        let rim = limits::rim(&apex, &axis, corridor.half_angle(), reach);
-        (apex, rim)
+        let axis = from.rotation.tr_mul(&axis);
+        Some((apex, limits::rim(&apex, &axis, half_angle, reach)))
     });
-    corridor.collect()
+    corridors.collect()
 }
 
-/// A keep-out sphere (m), seen from a frame, where it is at the end.
-pub(super) struct Sphere {
-    pub(super) center: Vector3<f64>,
-    pub(super) radius: f64,
+/// A keep-out ellipsoid or sphere (m), seen from a frame, where it is at the end: `center + arms u` with `|u| = 1`.
+pub(super) struct Ellipsoid {
+    center: Vector3<f64>,
+    arms: Matrix3<f64>,
 }
 
-pub(super) fn spheres(flight: &FlightData, from: &FramePose) -> impl Iterator<Item = Sphere> {
+pub(super) fn ellipsoids(flight: &FlightData, from: &FramePose) -> impl Iterator<Item = Ellipsoid> {
     let length = flight.scene.units.length;
-    limits::all::<KeepOutSphere>(flight).map(move |framed| {
-        let center = framed.last_pose().point(framed.constraint.center());
-        Sphere {
+    limits::regions(flight).filter_map(move |region| {
+        let Region::OutsideEllipsoid {
+            center,
+            semi_axes,
+            axes,
+        } = region
+        else {
+            return None;
+        };
+        let arms = axes * Matrix3::from_diagonal(&(semi_axes * length));
+        Some(Ellipsoid {
             center: from.seen(&(center * length)),
-            radius: framed.constraint.radius() * length,
-        }
+            arms: from.rotation.tr_mul(&arms),
+        })
     })
+}
+
+impl Ellipsoid {
+    /// Two opposite corners of the box around it, along the axes.
+    pub(super) fn corners(&self) -> [Vector3<f64>; 2] {
+        let arm = Vector3::from_fn(|axis, _| self.arms.row(axis).norm());
+        [self.center - arm, self.center + arm]
+    }
+
+    /// What is seen of it, from the direction at right angles to `across` and `up`: its points farthest along each direction in their
+    /// plane.
+    fn outline(&self, [across, up]: [Vector3<f64>; 2]) -> Vec<Vector3<f64>> {
+        let farthest = |k: u32| {
+            let (sin, cos) = libm::sincos(TAU * f64::from(k) / f64::from(CORNERS));
+            let along = self.arms.tr_mul(&(cos * across + sin * up));
+            self.center + self.arms * along.normalize()
+        };
+        (0..=CORNERS).map(farthest).collect()
+    }
 }
 
 impl Picture<'_> {
@@ -80,12 +118,12 @@ impl Picture<'_> {
         }
     }
 
-    /// Corridors and spheres.
+    /// Corridors and ellipsoids.
     pub(super) fn draw_limits(
         &self,
         canvas: &mut Canvas<'_>,
         corridors: &[(Vector3<f64>, Vec<Vector3<f64>>)],
-        spheres: &[Sphere],
+        ellipsoids: &[Ellipsoid],
     ) {
         for (apex, rim) in corridors {
             let places: Vec<_> = rim.iter().map(|point| self.cage.place(point)).collect();
@@ -99,15 +137,11 @@ impl Picture<'_> {
                 canvas.path(&[self.cage.place(apex), *place], side);
             }
         }
-        for sphere in spheres {
-            let center = self.cage.place(&sphere.center);
-            let radius = sphere.radius * self.cage.scale;
-            canvas.ringed(
-                center,
-                radius,
-                style::faded(style::LIMIT, 0.85),
-                Stroke::new(style::LIMIT, 1.5),
-            );
+        for ellipsoid in ellipsoids {
+            let outline = ellipsoid.outline(self.cage.camera.across());
+            let places: Vec<_> = outline.iter().map(|point| self.cage.place(point)).collect();
+            canvas.area(&places, style::faded(style::LIMIT, 0.85).to_rgba());
+            canvas.path(&places, Stroke::new(style::LIMIT, 1.5));
         }
     }
 

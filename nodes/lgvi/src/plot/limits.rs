@@ -45,6 +45,12 @@ fn moves(constraint: &Constraint) -> bool {
     constraint.downcast_ref::<Moving>().is_some()
 }
 
+/// Whether a limit of force or moment has a price.
+pub(super) fn is_soft(flight: &FlightData, place: Place) -> bool {
+    let mut soft = constraints(flight).filter(|constraint| constraint.price().is_some());
+    soft.any(|constraint| constraint.is_on_commands() && constraint.place() == Some(place))
+}
+
 /// Limits of the components of force or moment, in the scene's units.
 pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
     let limits = all::<ComponentLimit>(flight);

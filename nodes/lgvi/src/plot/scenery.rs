@@ -164,3 +164,31 @@ impl Picture<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points of the ellipsoid in which the line of sight is tangent to it.
+    #[test]
+    fn an_outline_is_where_the_ellipsoid_turns_away() {
+        let [across, up] = [Vector3::new(0.6, 0.8, 0.0), Vector3::new(0.0, 0.0, 1.0)];
+        let axes = lgvi_lie::exp(&Vector3::new(0.3, -0.5, 0.7));
+        let arms = axes * Matrix3::from_diagonal(&Vector3::new(1.0, 2.0, 5.0));
+        let center = Vector3::new(3.0, -1.0, 2.0);
+        let outline = Ellipsoid { center, arms }.outline([across, up]);
+        let towards = across.cross(&up);
+        for point in &outline {
+            let unit = arms.try_inverse().unwrap() * (point - center);
+            assert!((unit.norm() - 1.0).abs() < 1e-14, "{unit}");
+            let normal = arms.transpose().try_inverse().unwrap() * unit;
+            assert!(normal.dot(&towards).abs() < 1e-14, "{normal}");
+        }
+        assert!((outline[0] - outline[outline.len() - 1]).norm() < 1e-14, "closed");
+        let [low, high] = Ellipsoid { center, arms }.corners();
+        assert!(outline.iter().all(|point| *point >= low && *point <= high));
+        let widest = (high - low).dot(&up);
+        let heights = outline.iter().map(|point| (point - center).dot(&up));
+        assert!((2.0 * heights.fold(0.0, f64::max) - widest).abs() < 1e-12);
+    }
+}

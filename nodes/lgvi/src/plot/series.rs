@@ -183,8 +183,18 @@ fn control(flight: &FlightData, part: &Part) -> Option<Panel> {
     let mut values = curves.iter().flat_map(|curve| &curve.points);
     values.any(|point| point[1] != 0.0).then(|| Panel {
         limits,
-        ..Panel::new(part.title, part.unit, curves)
+        ..Panel::new(
+            titled(part.title, limits::is_soft(flight, part.place)),
+            part.unit,
+            curves,
+        )
     })
+}
+
+/// A title that tells whether the limit is soft: a violation has a price.
+fn titled(title: &str, is_soft: bool) -> String {
+    let soft = if is_soft { ", soft limit" } else { "" };
+    format!("{title}{soft}")
 }
 
 /// What is shown of a vector.
@@ -196,10 +206,13 @@ fn margins(flight: &FlightData) -> impl Iterator<Item = Panel> {
         let times = flight.samples.iter().map(|sample| sample.time);
         let points = times.zip(&margin.values);
         let curve = plain(thin(points.map(|(time, value)| [time, *value])));
-        let soft = if margin.is_soft { ", soft limit" } else { "" };
         Panel {
             limits: vec![margin.bound],
-            ..Panel::new(format!("{}{soft}", margin.title), margin.unit, vec![curve])
+            ..Panel::new(
+                titled(margin.title, margin.is_soft),
+                margin.unit,
+                vec![curve],
+            )
         }
     })
 }

@@ -307,8 +307,15 @@ fn the_bundle_of_libraries_is_that_of_its_sources() {
 fn the_limits_of_a_maneuver_are_in_the_page() {
     let world = World::new();
     let (summary, bag) = world.fly_fast(&scene("inspection"), "inspection");
-    let soft = summary.plan.unwrap().soft.expect("a violation with a price");
-    assert!((0.05..0.1).contains(&soft.violation) && soft.paid > 0.0, "{soft:?}");
+    let soft = summary
+        .plan
+        .unwrap()
+        .soft
+        .expect("a violation with a price");
+    assert!(
+        (0.05..0.1).contains(&soft.violation) && soft.paid > 0.0,
+        "{soft:?}"
+    );
     let (_, page) = report(&world, &bag, "page.html");
     let flight = data(&page);
     let limits = flight["scenery"]["maneuver"]["limits"].as_array().unwrap();

@@ -78,7 +78,10 @@ fn every_command_of_the_page_on_uncertainty_runs() {
 fn every_command_of_the_page_on_constraints_runs() {
     let world = World::new();
     let directory = run(&world, "howto/constraints.md");
-    for made in ["flights/inspection/report.html", "flights/dearer/flight.svg"] {
+    for made in [
+        "flights/inspection/report.html",
+        "flights/dearer/flight.svg",
+    ] {
         assert!(directory.join(made).exists(), "{made}");
     }
 }

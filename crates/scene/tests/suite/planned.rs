@@ -354,7 +354,10 @@ fn the_inspector_pays_for_the_sun_in_its_camera() {
     let plan = plan(&scene);
     let certificate = &plan.certificate;
     assert!(certificate.sufficient && certificate.inequality < 1e-7);
-    assert!((0.06..0.08).contains(&certificate.priced), "{certificate:?}");
+    assert!(
+        (0.06..0.08).contains(&certificate.priced),
+        "{certificate:?}"
+    );
     let price = scene.maneuver.as_ref().unwrap().constraints[5].price();
     // At most the largest violation, in each of the 51 steps in which there is one.
     let most = 51.0 * plan.h * price.unwrap() * certificate.priced;

@@ -101,7 +101,7 @@ impl Measure {
                 semi_axes,
                 axes,
             } => {
-                let title = "Distance from the keep-out ellipsoid's center, in its radius";
+                let title = "Distance from the ellipsoid's center, in its radius";
                 let arm = axes.tr_mul(&arm(center)) / length;
                 Self::least(title, "", arm.component_div(semi_axes).norm(), 1.0)
             }
@@ -138,7 +138,7 @@ impl Measure {
                 half_angle,
                 distance,
             } => {
-                let title = "Plume: larger of the point's relative angle and distance";
+                let title = "Plume: larger of relative angle and distance";
                 let arm = arm(point);
                 let angle = in_view(&arm, pose, axis) / half_angle;
                 Self::least(title, "", angle.max(arm.norm() / (distance * length)), 1.0)
@@ -175,4 +175,58 @@ fn in_view(arm: &Vector3<f64>, pose: &Pose, axis: &Vector3<f64>) -> f64 {
 /// Between two vectors, the second a unit one (rad).
 fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
     libm::atan2(a.cross(b).norm(), a.dot(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TEXT: &str = include_str!("../../../../scenes/inspection.toml");
+
+    /// From (32, −3, 3), with the camera along −x, the center is seen at √18 beside 32. The tip of the panel is at (−32, 11, −3) from
+    /// there.
+    fn away() -> f64 {
+        libm::sqrt(32.0 * 32.0 + 11.0 * 11.0 + 9.0)
+    }
+
+    #[test]
+    fn regions_of_states_are_measured_in_si() {
+        for unit in [1.0, 10.0] {
+            let units = format!("[units]\nlength = \"{unit} m\"\n[run]");
+            let flight = FlightData::flown(&TEXT.replace("[run]", &units), 3, None);
+            let beside = libm::atan2(18.0_f64.sqrt(), 32.0).to_degrees();
+            let radii = libm::sqrt(16.0 + 9.0 / 196.0 + 9.0 / 64.0);
+            let sun = 90.0 + libm::atan(0.1).to_degrees();
+            let expected = [
+                (radii, 1.0, true),
+                (beside, 12.0, false),
+                (0.0, 0.016, false),
+                (0.0, 0.21 * unit, false),
+                (away() / 12.0, 1.0, true),
+                (sun, 40.0, true),
+            ];
+            let found: Vec<_> = margins(&flight).collect();
+            assert_eq!(found.len(), expected.len());
+            for (margin, (start, bound, is_least)) in found.iter().zip(expected) {
+                let title = margin.title;
+                assert_eq!(margin.is_least, is_least, "{title}");
+                assert_eq!(margin.values.len(), flight.samples.len(), "{title}");
+                let error = (margin.values[0] - start).abs() + (margin.bound - bound).abs();
+                assert!(error < 1e-12 * bound.max(start), "{title}: {error}");
+            }
+            let soft: Vec<_> = found.iter().map(|margin| margin.is_soft).collect();
+            assert_eq!(soft, [false, false, false, false, false, true]);
+        }
+    }
+
+    /// The angle from the plume, along (−1, 0, −1) at the start, counts where the point is near.
+    #[test]
+    fn a_near_point_is_beside_the_plume() {
+        let near = TEXT.replace("distance = 12.0", "distance = 120.0");
+        let flight = FlightData::flown(&near, 3, None);
+        let plume = margins(&flight).nth(4).unwrap();
+        let angle = libm::acos(35.0 / (away() * 2.0_f64.sqrt())).to_degrees() / 60.0;
+        assert!(angle > away() / 120.0);
+        assert!((plume.values[0] - angle).abs() < 1e-12, "{angle}");
+    }
 }

@@ -184,7 +184,10 @@ mod tests {
             let normal = arms.transpose().try_inverse().unwrap() * unit;
             assert!(normal.dot(&towards).abs() < 1e-14, "{normal}");
         }
-        assert!((outline[0] - outline[outline.len() - 1]).norm() < 1e-14, "closed");
+        assert!(
+            (outline[0] - outline[outline.len() - 1]).norm() < 1e-14,
+            "closed"
+        );
         let [low, high] = Ellipsoid { center, arms }.corners();
         assert!(outline.iter().all(|point| *point >= low && *point <= high));
         let widest = (high - low).dot(&up);

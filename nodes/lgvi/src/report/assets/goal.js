@@ -83,7 +83,7 @@ function buildGoal(flight, goal) {
       own.add(cone([0, 0, 0], limit.axis, limit.half_angle, reach, color));
       built.group.add(own);
       built.moving.push({ group: own, place: body, turn: body });
-      frame.add(dot(limit.point, 0.1 * body.extent, color));
+      frame.add(spot(limit.point, 0.1 * body.extent, color));
     }
     built.group.add(frame);
     built.moving.push({ group: frame, place: limit.kind === "keep_out_cone" ? body : limit.frame, turn: limit.frame });

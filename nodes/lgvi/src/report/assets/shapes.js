@@ -164,7 +164,7 @@ function keepOutEllipsoid({ center, axes, semi_axes }) {
 }
 
 /** A small ball at a point. */
-function dot(place, radius, color) {
+function spot(place, radius, color) {
   const ball = new Mesh(new SphereGeometry(radius, 16, 12), new MeshBasicMaterial({ color }));
   ball.position.copy(toVector(place));
   return ball;

@@ -1,5 +1,5 @@
 //! A body that turns where it is: where its axes point, on the sphere of directions in the inertial frame, with the cones
-//! that they must stay out of.
+//! that they must stay out of or in.
 
 use lgvi_control::constraint::Region;
 use nalgebra::Vector3;
@@ -9,7 +9,7 @@ use super::chart::Rectangle;
 use super::data::FlightData;
 use super::globe::{self, Content};
 use super::legend::{Entry, Mark};
-use super::marks::{end, start};
+use super::marks::{boundary, end, start};
 use super::series::turned;
 use super::thin::even;
 use super::view::Camera;
@@ -78,6 +78,10 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
     if let Some(label) = limits::label(flight, "keep_out_cone", "keep-out cone") {
         legend.push(Entry::new(Mark::Line(rim), label));
     }
+    curves.extend(sights(flight).map(|edge| (edge, boundary())));
+    if let Some(label) = limits::label(flight, "line_of_sight", "line of sight") {
+        legend.push(Entry::new(Mark::Line(boundary()), label));
+    }
     legend.push(Entry::new(Mark::Start(style::SOFT_INK), "start"));
     legend.push(Entry::new(Mark::End(style::SOFT_INK), "end"));
     let content = Content {
@@ -95,4 +99,20 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
         start(canvas, globe.place(&first), color);
         end(canvas, globe.place(&last), color);
     }
+}
+
+/// The rim of the directions that are near enough to that of each point in sight, at the end.
+fn sights(flight: &FlightData) -> impl Iterator<Item = Vec<Vector3<f64>>> {
+    let end = flight.last().bodies[turned(flight)].position;
+    let length = flight.scene.units.length;
+    limits::regions(flight).filter_map(move |region| {
+        let Region::InSight {
+            point, half_angle, ..
+        } = region
+        else {
+            return None;
+        };
+        let direction = (point * length - end).try_normalize(0.0)?;
+        Some(limits::rim(&Vector3::zeros(), &direction, half_angle, 1.0))
+    })
 }

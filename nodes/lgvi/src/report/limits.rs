@@ -33,7 +33,7 @@ struct Plot {
     values: Packed,
 }
 
-/// Each `axis` of a cone of the body is in its frame.
+/// An `axis` is that of the body, in its frame; that of a corridor is in the frame of the limit.
 #[derive(Serialize)]
 #[serde(tag = "kind", rename_all = "snake_case")]
 enum Limit {

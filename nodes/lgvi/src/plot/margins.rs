@@ -101,7 +101,7 @@ impl Measure {
                 semi_axes,
                 axes,
             } => {
-                let title = "Distance from the ellipsoid's center, in its radius";
+                let title = "Distance in radii of the keep-out ellipsoid";
                 let arm = axes.tr_mul(&arm(center)) / length;
                 Self::least(title, "", arm.component_div(semi_axes).norm(), 1.0)
             }

@@ -132,7 +132,7 @@ fn panels_are_those_of_what_happens() {
         titles("inspection"),
         [
             "Control force, inertial axes",
-            "Distance from the ellipsoid's center, in its radius",
+            "Distance in radii of the keep-out ellipsoid",
             "Angle between the axis and the line of sight",
             "Angular rate",
             "Speed",

@@ -220,8 +220,7 @@ fn regions_are_named_in_the_legend() {
     let Shipped(_, text, turn) = Shipped::named("slew_keep_out");
     let (head, rest) = text.split_once("[[maneuver.constraints]]").unwrap();
     let sight = "kind = \"line_of_sight\"\naxis = [1, 0, 0]\npoint = [9, 9, 9]\nhalf_angle = 3.0\nprice = 1.0\n";
-    let text =
-        format!("{head}[[maneuver.constraints]]\n{sight}[[maneuver.constraints]]{rest}");
+    let text = format!("{head}[[maneuver.constraints]]\n{sight}[[maneuver.constraints]]{rest}");
     let picture = page::draw(&FlightData::flown(&text, 3, turn)).unwrap();
     assert!(picture.contains("line of sight, soft") && picture.contains("keep-out cone"));
 }

@@ -87,6 +87,7 @@ scenes!(
     free_body,
     inclination_change,
     inclination_replan,
+    inspection,
     low_orbit_approach,
     minimum_fuel,
     minimum_time_slew,

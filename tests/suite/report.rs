@@ -301,3 +301,50 @@ fn the_bundle_of_libraries_is_that_of_its_sources() {
     );
     assert!(bundle.len() < 800_000, "{} bytes", bundle.len());
 }
+
+/// What a maneuver keeps to is in the page, with what it bounds as it was flown: within hard limits, beyond a soft one.
+#[test]
+fn the_limits_of_a_maneuver_are_in_the_page() {
+    let world = World::new();
+    let (summary, bag) = world.fly_fast(&scene("inspection"), "inspection");
+    let soft = summary
+        .plan
+        .unwrap()
+        .soft
+        .expect("a violation with a price");
+    assert!(
+        (0.05..0.1).contains(&soft.violation) && soft.paid > 0.0,
+        "{soft:?}"
+    );
+    let (_, page) = report(&world, &bag, "page.html");
+    let flight = data(&page);
+    let limits = flight["scenery"]["maneuver"]["limits"].as_array().unwrap();
+    let kinds: Vec<_> = limits.iter().map(|limit| limit["kind"].as_str()).collect();
+    let expected = [
+        Some("keep_out_ellipsoid"),
+        Some("line_of_sight"),
+        None,
+        None,
+        Some("plume"),
+        Some("keep_out_cone"),
+    ];
+    assert_eq!(kinds, expected);
+    assert_eq!(limits[0]["semi_axes"], serde_json::json!([8.0, 14.0, 8.0]));
+    for limit in limits {
+        let plot = &limit["plot"];
+        let values = numbers(&plot["values"]);
+        assert_eq!(values.len(), 401);
+        let bound = plot["bound"].as_f64().unwrap();
+        let room = values.iter().map(|value| match plot["least"] == true {
+            true => value / bound - 1.0,
+            false => 1.0 - value / bound,
+        });
+        let least = room.fold(f64::INFINITY, f64::min);
+        // Each hard limit is touched.
+        let expected = match limit["soft"] == true {
+            true => -0.15..-0.05,
+            false => -1e-6..0.01,
+        };
+        assert!(expected.contains(&least), "{}: {least}", plot["title"]);
+    }
+}

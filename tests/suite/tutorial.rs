@@ -89,6 +89,18 @@ fn every_command_of_the_page_on_uncertainty_runs() {
 }
 
 #[test]
+fn every_command_of_the_page_on_constraints_runs() {
+    let world = World::new();
+    let directory = run(&world, "howto/constraints.md");
+    for made in [
+        "flights/inspection/report.html",
+        "flights/dearer/flight.svg",
+    ] {
+        assert!(directory.join(made).exists(), "{made}");
+    }
+}
+
+#[test]
 fn every_command_of_the_page_on_two_satellites_runs() {
     let world = World::new();
     let directory = run(&world, "howto/two_satellites.md");

@@ -104,8 +104,10 @@ pub struct PlanReport {
     pub trials: u32,
     /// Norm of the terminal error.
     pub violation: f64,
-    /// Objective.
+    /// Objective: the cost of the commands.
     pub cost: f64,
+    /// What is violated at a price; none where nothing is, or before the plan is made.
+    pub soft: Option<SoftReport>,
     /// The phases of a plan that is made, if the maneuver has any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub phases: Option<PhasesReport>,
@@ -131,6 +133,15 @@ pub struct PhaseReport {
     pub first_step: u64,
     /// Number of steps that it lasts.
     pub steps: u64,
+}
+
+/// The violated soft constraints of a plan, in the scene's units.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct SoftReport {
+    /// The largest violation: in parts of a limit, of a radius or of a length, or in radians.
+    pub violation: f64,
+    /// What all of them cost, beside the commands.
+    pub paid: f64,
 }
 
 /// What has come of planning anew in flight, once.

@@ -20,7 +20,7 @@ pub use convert::{
 #[cfg(feature = "node")]
 pub use event::{
     CommandTimeouts, Docked, Event, FlightReport, Miss, PhaseReport, PhasesReport, PlanReport,
-    ReplanReport,
+    ReplanReport, SoftReport,
 };
 #[cfg(feature = "node")]
 pub use frame_prefix::FramePrefix;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use lgvi_common::{Event, PhaseReport, PhasesReport, PlanReport, Warning, WarningCode};
+use lgvi_common::{Event, PhaseReport, PhasesReport, PlanReport, SoftReport, Warning, WarningCode};
 use lgvi_control::Plan;
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::report::Reporter;
@@ -368,5 +368,9 @@ fn report(now: &Iteration) -> PlanReport {
         violation: now.violation,
         cost: now.cost,
         phases: None,
+        soft: (now.priced > 0.0).then_some(SoftReport {
+            violation: now.priced,
+            paid: now.paid,
+        }),
     }
 }

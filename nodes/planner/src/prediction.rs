@@ -192,7 +192,9 @@ mod tests {
         flight.accept(controls(scene, &sequences[0])).unwrap();
         while flight.step() < scene.steps {
             let step = flight.step();
-            if every.is_some_and(|every| step > 0 && step % every == 0 && step + 20 < scene.steps) {
+            if every.is_some_and(|every| {
+                step > 0 && step.is_multiple_of(every) && step + 20 < scene.steps
+            }) {
                 let first_step = step + 4;
                 let forecast = Forecast {
                     scheme: scene.scheme().unwrap(),

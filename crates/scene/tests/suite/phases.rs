@@ -1,6 +1,6 @@
 //! Maneuvers in phases: what scenes say of them, and plans in a low orbit.
 
-use lgvi_control::constraint::KeepInSphere;
+use lgvi_control::constraint::{Moving, Region};
 use lgvi_control::{NewtonSettings, Start, Transfer, solve};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
@@ -29,8 +29,13 @@ fn phases_are_whole_steps_with_constraints_and_commands_of_their_own() {
     let lengths = [0, 1, 2].map(|phase| [of(phase).min_steps, of(phase).max_steps]);
     assert_eq!(lengths, [[100, 140], [20, 20], [20, 60]]);
     assert_eq!((of(1).off.len(), &of(2).off[..]), (0, &[0][..]));
-    let sphere = of(1).constraints[0].in_frame::<KeepInSphere>().unwrap();
-    assert!(sphere.moves() && sphere.constraint.radius() == 1.0);
+    let sphere = of(1).constraints[0].region();
+    assert!(matches!(
+        sphere,
+        Some(Region::InsideSphere { radius: 1.0, .. })
+    ));
+    let moves = of(1).constraints[0].downcast_ref::<Moving>();
+    assert!(moves.is_some());
     assert!(maneuver.has_free_phases());
     assert_eq!(maneuver.all_constraints().count(), 4);
 
@@ -210,9 +215,7 @@ fn phases_in_a_low_orbit_are_planned_and_flown() {
             plan.certificate
         );
         let switches = maneuver.proportional_switches(scene.steps);
-        let sphere = maneuver.phases[2].constraints[0]
-            .in_frame::<KeepInSphere>()
-            .unwrap();
+        let sphere = &maneuver.phases[2].constraints[0];
         let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
         let mut states: Vec<BodyState> = vec![simulation.states()[1]];
         for control in &plan.controls {
@@ -224,11 +227,12 @@ fn phases_in_a_low_orbit_are_planned_and_flown() {
         }
         let mut nearest = 0.0_f64;
         for step in switches[1]..=switches[2] {
-            let seen = sphere
-                .pose(scene.h() * step as f64)
-                .seen(&states[step as usize].position);
-            let distance = (seen - sphere.constraint.center()).norm();
-            nearest = nearest.max(distance / sphere.constraint.radius());
+            let region = sphere.region_at(scene.h() * step as f64);
+            let Some(Region::InsideSphere { center, radius }) = region else {
+                panic!("{region:?}");
+            };
+            let distance = (states[step as usize].position - center).norm();
+            nearest = nearest.max(distance / radius);
         }
         assert!((0.99..1.0 + 1e-6).contains(&nearest), "{round}: {nearest}");
         let miss = scene.miss(states.last().unwrap()).unwrap();

@@ -390,6 +390,27 @@ fn inside(scene: &Scene, plan: &Plan, radius: f64) -> Vec<f64> {
     counts.iter().map(share).collect()
 }
 
+/// Every hard limit of the inspection holds along whole steps, and only the Sun in the camera has a price.
+#[test]
+fn the_inspector_pays_for_the_sun_in_its_camera() {
+    let scene = shipped("inspection");
+    let plan = plan(&scene);
+    let certificate = &plan.certificate;
+    assert!(certificate.sufficient && certificate.inequality < 1e-7);
+    assert!(
+        (0.06..0.08).contains(&certificate.priced),
+        "{certificate:?}"
+    );
+    let price = scene.maneuver.as_ref().unwrap().constraints[5].price();
+    // At most the largest violation, in each of the 51 steps in which there is one.
+    let most = 51.0 * plan.h * price.unwrap() * certificate.priced;
+    assert!((0.3 * most..most).contains(&plan.paid), "{}", plan.paid);
+    let dearer = changed("inspection", "price = 0.0005", "price = 0.002").unwrap();
+    let dearer = self::plan(&dearer);
+    assert!(dearer.certificate.priced < 0.5 * certificate.priced);
+    assert!(dearer.cost > plan.cost);
+}
+
 /// Ten thousand flights of the ensemble violate the constraint as rarely as its confidence promises, and nearly as often.
 #[test]
 fn the_chaser_keeps_the_distance_that_its_deviations_need() {

@@ -24,7 +24,7 @@ const NUMBERED: f64 = 0.2;
 
 /// A box of space, and where it lies in the picture.
 pub(super) struct Cage {
-    camera: Camera,
+    pub(super) camera: Camera,
     low: Vector3<f64>,
     high: Vector3<f64>,
     /// [px/m]

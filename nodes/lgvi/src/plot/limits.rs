@@ -1,8 +1,8 @@
-//! What a maneuver must keep to: limits of force and moment, cones, corridors and spheres.
+//! What a maneuver must keep to: limits of force and moment, and the regions of its states.
 
 use std::f64::consts::TAU;
 
-use lgvi_control::constraint::{ComponentLimit, Corridor, InFrame, NormLimit};
+use lgvi_control::constraint::{ComponentLimit, Moving, NormLimit, Region};
 use lgvi_control::{Constraint, Place};
 use lgvi_scene::{Frame, Maneuver};
 use nalgebra::Vector3;
@@ -12,34 +12,54 @@ use super::data::FlightData;
 /// Points of a rim.
 const POINTS: u32 = 96;
 
-/// The constraints of a flight's maneuver and of its phases that are a `T`, in their frames.
-pub(super) fn all<T: 'static>(flight: &FlightData) -> impl Iterator<Item = InFrame<'_, T>> {
+/// The constraints of a flight's maneuver that hold all the time.
+pub(super) fn constraints(flight: &FlightData) -> impl Iterator<Item = &Constraint> {
     let maneuver = flight.scene.maneuver.iter();
-    maneuver
-        .flat_map(Maneuver::all_constraints)
-        .filter_map(Constraint::in_frame)
+    maneuver.flat_map(|maneuver| &maneuver.constraints)
 }
 
-/// Those that hold all the time.
-pub(super) fn always<T: 'static>(flight: &FlightData) -> impl Iterator<Item = InFrame<'_, T>> {
+/// The constraints of a flight's maneuver and of its phases.
+fn with_phases(flight: &FlightData) -> impl Iterator<Item = &Constraint> {
     let maneuver = flight.scene.maneuver.iter();
-    maneuver
-        .flat_map(|maneuver| &maneuver.constraints)
-        .filter_map(Constraint::in_frame)
+    maneuver.flat_map(Maneuver::all_constraints)
 }
 
-/// The name of a kind of constraint in a legend. What moves is drawn where it is at the end.
-pub(super) fn label<T: 'static>(flight: &FlightData, name: &str) -> Option<String> {
-    let moves = all::<T>(flight).map(|limit| limit.moves());
-    moves.reduce(|a, b| a || b).map(|any_moves| {
+/// Those that are a `T`.
+fn all<T: 'static>(flight: &FlightData) -> impl Iterator<Item = &T> {
+    constraints(flight).filter_map(Constraint::downcast_ref)
+}
+
+/// The states that the constraints allow at the end of the flight.
+pub(super) fn regions(flight: &FlightData) -> impl Iterator<Item = Region> {
+    with_phases(flight).filter_map(|constraint| constraint.region_at(f64::INFINITY))
+}
+
+/// The name in a legend of a kind of constraint. What moves is drawn where it is at the end.
+pub(super) fn label(flight: &FlightData, kind: &str, name: &str) -> Option<String> {
+    let of_kind = with_phases(flight).filter(|constraint| constraint.name() == kind);
+    let found: Vec<_> = of_kind.collect();
+    let any_moves = found.iter().any(|constraint| moves(constraint));
+    let soft = found.iter().all(|constraint| constraint.price().is_some());
+    (!found.is_empty()).then(|| {
         let when = if any_moves { " at the end" } else { "" };
-        format!("{name}{when}")
+        let soft = if soft { ", soft" } else { "" };
+        format!("{name}{when}{soft}")
     })
+}
+
+fn moves(constraint: &Constraint) -> bool {
+    constraint.downcast_ref::<Moving>().is_some()
+}
+
+/// Whether a limit of force or moment has a price.
+pub(super) fn is_soft(flight: &FlightData, place: Place) -> bool {
+    let mut soft = constraints(flight).filter(|constraint| constraint.price().is_some());
+    soft.any(|constraint| constraint.is_on_commands() && constraint.place() == Some(place))
 }
 
 /// Limits of the components of force or moment, in the scene's units.
 pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
-    let limits = always::<ComponentLimit>(flight).map(|limit| limit.constraint);
+    let limits = all::<ComponentLimit>(flight);
     let limits = limits.filter(|limit| limit.place() == place);
     let limits = limits.flat_map(|limit| limit.limit().data.0[0]);
     let mut limits: Vec<_> = limits.filter(|limit| limit.is_finite()).collect();
@@ -50,15 +70,18 @@ pub(super) fn of_components(flight: &FlightData, place: Place) -> Vec<f64> {
 
 /// The limit of the norm of force or moment, in the scene's units.
 pub(super) fn of_norm(flight: &FlightData, place: Place) -> Option<f64> {
-    let limits = always::<NormLimit>(flight).map(|limit| limit.constraint);
+    let limits = all::<NormLimit>(flight);
     let limits = limits.filter(|limit| limit.place() == place);
     limits.map(NormLimit::limit).reduce(f64::min)
 }
 
 /// The fixed frame nearest to the apex of a corridor that does not move: the port that it leads to.
 pub(super) fn port(flight: &FlightData) -> Option<&Frame> {
-    let corridor = all::<Corridor>(flight).find(|corridor| !corridor.moves())?;
-    let apex = corridor.constraint.apex();
+    let mut fixed = constraints(flight).filter(|constraint| !moves(constraint));
+    let apex = fixed.find_map(|constraint| match constraint.region() {
+        Some(Region::Corridor { apex, .. }) => Some(apex),
+        _ => None,
+    })?;
     let distance = |frame: &Frame| (frame.position - apex).norm();
     fixed_frames(flight).min_by(|a, b| distance(a).total_cmp(&distance(b)))
 }

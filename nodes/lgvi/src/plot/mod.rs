@@ -14,6 +14,7 @@ mod kept;
 mod legend;
 mod limits;
 pub(crate) mod maneuver;
+pub(crate) mod margins;
 mod marks;
 mod motion;
 mod orbit;

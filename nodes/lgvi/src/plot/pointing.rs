@@ -1,7 +1,7 @@
 //! A body that turns where it is: where its axes point, on the sphere of directions in the inertial frame, with the cones
-//! that they must stay out of.
+//! that they must stay out of or in.
 
-use lgvi_control::constraint::KeepOutCone;
+use lgvi_control::constraint::Region;
 use nalgebra::Vector3;
 
 use super::canvas::{Canvas, Stroke};
@@ -9,7 +9,7 @@ use super::chart::Rectangle;
 use super::data::FlightData;
 use super::globe::{self, Content};
 use super::legend::{Entry, Mark};
-use super::marks::{end, start};
+use super::marks::{boundary, end, start};
 use super::series::turned;
 use super::thin::even;
 use super::view::Camera;
@@ -30,8 +30,16 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
     let mut legend = Vec::new();
     let mut curves = Vec::new();
     let mut ends = Vec::new();
-    let cones = || limits::all::<KeepOutCone>(flight);
-    let kept_out = |i| cones().any(|cone| cone.constraint.axis() == Vector3::ith(i, 1.0));
+    let cone = |region| match region {
+        Region::OutsideCone {
+            axis,
+            direction,
+            half_angle,
+        } => Some((axis, direction, half_angle)),
+        _ => None,
+    };
+    let cones: Vec<_> = limits::regions(flight).filter_map(cone).collect();
+    let kept_out = |i| cones.iter().any(|(axis, ..)| *axis == Vector3::ith(i, 1.0));
     for (i, color) in style::COMPONENTS.into_iter().enumerate() {
         if kept_out(i) {
             continue;
@@ -49,14 +57,12 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
     let kept = Stroke::new(style::BODIES[0], 4.0);
     let mut caps = Vec::new();
     let mut seen: Vector3<f64> = ends.iter().map(|(first, last, _)| first + last).sum();
-    for framed in cones() {
-        let cone = framed.constraint;
-        let direction = framed.last_pose().rotation * cone.direction();
-        seen = direction;
-        let edge = limits::rim(&Vector3::zeros(), &direction, cone.half_angle(), 1.0);
+    for (axis, direction, half_angle) in &cones {
+        seen = *direction;
+        let edge = limits::rim(&Vector3::zeros(), direction, *half_angle, 1.0);
         caps.push(edge.clone());
         curves.push((edge, rim));
-        let path = path(&cone.axis());
+        let path = path(axis);
         let (first, last) = (path[0], path[path.len() - 1]);
         seen += first + last;
         ends.push((first, last, style::BODIES[0]));
@@ -69,8 +75,12 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
             .map_or("axis kept out", |i| names[i]);
         legend.insert(0, Entry::new(Mark::Line(kept), name));
     }
-    if let Some(label) = limits::label::<KeepOutCone>(flight, "keep-out cone") {
+    if let Some(label) = limits::label(flight, "keep_out_cone", "keep-out cone") {
         legend.push(Entry::new(Mark::Line(rim), label));
+    }
+    curves.extend(sights(flight).map(|edge| (edge, boundary())));
+    if let Some(label) = limits::label(flight, "line_of_sight", "line of sight") {
+        legend.push(Entry::new(Mark::Line(boundary()), label));
     }
     legend.push(Entry::new(Mark::Start(style::SOFT_INK), "start"));
     legend.push(Entry::new(Mark::End(style::SOFT_INK), "end"));
@@ -89,4 +99,20 @@ pub(super) fn draw(canvas: &mut Canvas<'_>, space: Rectangle, flight: &FlightDat
         start(canvas, globe.place(&first), color);
         end(canvas, globe.place(&last), color);
     }
+}
+
+/// The rim of the directions that are near enough to that of each point in sight, at the end.
+fn sights(flight: &FlightData) -> impl Iterator<Item = Vec<Vector3<f64>>> {
+    let end = flight.last().bodies[turned(flight)].position;
+    let length = flight.scene.units.length;
+    limits::regions(flight).filter_map(move |region| {
+        let Region::InSight {
+            point, half_angle, ..
+        } = region
+        else {
+            return None;
+        };
+        let direction = (point * length - end).try_normalize(0.0)?;
+        Some(limits::rim(&Vector3::zeros(), &direction, half_angle, 1.0))
+    })
 }

@@ -1,17 +1,16 @@
 //! The curves over time that tell how a flight went.
 
 use lgvi_control::Place;
-use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
 use lgvi_dynamics::Load;
 use lgvi_lie::to_quaternion;
 use nalgebra::{Vector3, Vector4};
 use plotters::style::RGBColor;
 
-use super::data::{FlightData, Pose, Sample};
+use super::data::{FlightData, Sample};
 use super::proximity::Proximity;
 use super::subject::{Subject, heaviest, named};
 use super::thin::envelope;
-use super::{kept, limits, style, thrusters, wheels};
+use super::{kept, limits, margins, style, thrusters, wheels};
 
 /// Twice this is how many points a curve has at most.
 const BUCKETS: usize = 500;
@@ -184,65 +183,38 @@ fn control(flight: &FlightData, part: &Part) -> Option<Panel> {
     let mut values = curves.iter().flat_map(|curve| &curve.points);
     values.any(|point| point[1] != 0.0).then(|| Panel {
         limits,
-        ..Panel::new(part.title, part.unit, curves)
+        ..Panel::new(
+            titled(part.title, limits::is_soft(flight, part.place)),
+            part.unit,
+            curves,
+        )
     })
+}
+
+/// A title that tells whether the limit is soft: a violation has a price.
+fn titled(title: &str, is_soft: bool) -> String {
+    let soft = if is_soft { ", soft limit" } else { "" };
+    format!("{title}{soft}")
 }
 
 /// What is shown of a vector.
 type Value = dyn Fn(&Vector3<f64>) -> f64;
 
-/// How near the flight came to what it must stay in or out of, in the frame of each limit.
-fn margins(flight: &FlightData) -> Vec<Panel> {
-    let Some(maneuver) = &flight.scene.maneuver else {
-        return Vec::new();
-    };
-    let length = flight.scene.units.length;
-    let panel = |title: &str, unit, limit, value: &dyn Fn(&Pose, f64) -> f64| {
-        let curve = plain(over_time(flight, |sample| {
-            let time = flight.scene.h() * sample.step as f64;
-            value(&sample.bodies[maneuver.body], time)
-        }));
+/// How near the flight came to the bounds of its states.
+fn margins(flight: &FlightData) -> impl Iterator<Item = Panel> {
+    margins::margins(flight).map(|margin| {
+        let times = flight.samples.iter().map(|sample| sample.time);
+        let points = times.zip(&margin.values);
+        let curve = plain(thin(points.map(|(time, value)| [time, *value])));
         Panel {
-            limits: vec![limit],
-            ..Panel::new(title, unit, vec![curve])
+            limits: vec![margin.bound],
+            ..Panel::new(
+                titled(margin.title, margin.is_soft),
+                margin.unit,
+                vec![curve],
+            )
         }
-    };
-    let cones = limits::always::<KeepOutCone>(flight).map(|framed| {
-        let cone = framed.constraint;
-        let title = "Angle from the axis of the keep-out cone";
-        panel(
-            title,
-            "°",
-            cone.half_angle().to_degrees(),
-            &|pose, time| {
-                let axis = framed.pose(time).rotation * cone.direction();
-                angle(&(pose.attitude * cone.axis()), &axis)
-            },
-        )
-    });
-    let corridors = limits::always::<Corridor>(flight).map(|framed| {
-        let corridor = framed.constraint;
-        let title = "Angle from the axis of the corridor";
-        let limit = corridor.half_angle().to_degrees();
-        panel(title, "°", limit, &|pose, time| {
-            let position = framed.pose(time).seen(&(pose.position / length));
-            angle(&(position - corridor.apex()), &corridor.axis())
-        })
-    });
-    let spheres = limits::always::<KeepOutSphere>(flight).map(|framed| {
-        let sphere = framed.constraint;
-        let title = "Distance from the center of the keep-out sphere";
-        panel(title, "m", sphere.radius() * length, &|pose, time| {
-            let position = framed.pose(time).seen(&(pose.position / length));
-            (position - sphere.center()).norm() * length
-        })
-    });
-    cones.chain(corridors).chain(spheres).collect()
-}
-
-/// Between two vectors, the second a unit one (°).
-fn angle(a: &Vector3<f64>, b: &Vector3<f64>) -> f64 {
-    libm::atan2(a.cross(b).norm(), a.dot(b)).to_degrees()
+    })
 }
 
 /// The body that is turned: that of the maneuver, or the only one.

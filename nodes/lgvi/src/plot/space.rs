@@ -1,7 +1,7 @@
 //! The flight in space: where the bodies went and how they were turned, with the orbits they came from and go to, and
-//! the corridors and spheres that they must stay in or out of.
+//! the corridors and ellipsoids that they must stay in or out of.
 
-use lgvi_control::constraint::{Corridor, FramePose, KeepInSphere, KeepOutSphere};
+use lgvi_control::constraint::FramePose;
 use nalgebra::Vector3;
 use plotters::style::RGBColor;
 
@@ -13,7 +13,7 @@ use super::data::FlightData;
 use super::legend::{Entry, Mark, draw_legend, legend_height};
 use super::maneuver::Orbits;
 use super::marks::{Item, boundary, force, initial_orbit, target_orbit};
-use super::scenery::{corridors, spheres};
+use super::scenery::{corridors, ellipsoids};
 use super::subject::named;
 use super::thin::even;
 use super::view::Camera;
@@ -85,10 +85,9 @@ pub(super) fn draw_from(
             held.extend(shape.vertices_at(pose, 1.0));
         }
     }
-    let spheres: Vec<_> = spheres(flight, &end).collect();
-    for sphere in &spheres {
-        let arm = Vector3::repeat(sphere.radius);
-        held.extend([sphere.center - arm, sphere.center + arm]);
+    let ellipsoids: Vec<_> = ellipsoids(flight, &end).collect();
+    for ellipsoid in &ellipsoids {
+        held.extend(ellipsoid.corners());
     }
     let center = scene.gravity.central.as_ref();
     let center = center.map(|central| central.position * length);
@@ -118,7 +117,7 @@ pub(super) fn draw_from(
     if let Some(orbits) = &orbits {
         picture.draw_orbits(canvas, orbits);
     }
-    picture.draw_limits(canvas, &corridors, &spheres);
+    picture.draw_limits(canvas, &corridors, &ellipsoids);
     for (body, trajectory) in trajectories.iter().enumerate() {
         picture.add_trajectory(trajectory, picture.color(body), body);
     }
@@ -196,14 +195,16 @@ impl Picture<'_> {
             let line = Stroke::new(style::OTHERS, 1.4);
             add(Mark::Line(line), format!("{others} other bodies"));
         }
-        if let Some(label) = limits::label::<Corridor>(self.flight, "corridor") {
-            add(Mark::Line(boundary()), label);
-        }
-        if let Some(label) = limits::label::<KeepOutSphere>(self.flight, "keep-out sphere") {
-            add(Mark::Line(Stroke::new(style::LIMIT, 1.5)), label);
-        }
-        if let Some(label) = limits::label::<KeepInSphere>(self.flight, "keep-in sphere") {
-            add(Mark::Line(boundary()), label);
+        let kept_out = Stroke::new(style::LIMIT, 1.5);
+        for (kind, name, stroke) in [
+            ("corridor", "corridor", boundary()),
+            ("keep_in_sphere", "keep-in sphere", boundary()),
+            ("keep_out_sphere", "keep-out sphere", kept_out),
+            ("keep_out_ellipsoid", "keep-out ellipsoid", kept_out),
+        ] {
+            if let Some(label) = limits::label(self.flight, kind, name) {
+                add(Mark::Line(stroke), label);
+            }
         }
         if orbits.is_some() {
             add(Mark::Line(initial_orbit()), "initial orbit".into());

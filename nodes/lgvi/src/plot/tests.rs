@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 27] = [
+const SHIPPED: [Shipped; 28] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
@@ -41,6 +41,7 @@ const SHIPPED: [Shipped; 27] = [
     scene!("free_body", None),
     scene!("inclination_change", Some((0, PUSH))),
     scene!("inclination_replan", Some((0, PUSH))),
+    scene!("inspection", Some((1, PUSH))),
     scene!("low_orbit_approach", Some((1, PUSH))),
     scene!("minimum_fuel", None),
     scene!("minimum_time_slew", Some((0, TURN))),
@@ -63,6 +64,11 @@ const SHIPPED: [Shipped; 27] = [
 ];
 
 impl Shipped {
+    fn named(name: &str) -> Self {
+        let mut all = SHIPPED.into_iter();
+        all.find(|shipped| shipped.0 == name).unwrap()
+    }
+
     /// Its first steps.
     fn flown(&self) -> FlightData {
         let Self(name, text, load) = self;
@@ -76,8 +82,7 @@ fn flights() -> impl Iterator<Item = (&'static str, FlightData)> {
 }
 
 fn flight(name: &str) -> FlightData {
-    let found = SHIPPED.iter().find(|shipped| shipped.0 == name);
-    found.unwrap().flown()
+    Shipped::named(name).flown()
 }
 
 fn shown(flight: &FlightData) -> Vec<Panel> {
@@ -124,6 +129,19 @@ fn panels_are_those_of_what_happens() {
             "Energy, change from the start",
             "Energy change E − E₀",
             "Angular momentum change |L − L₀|",
+        ]
+    );
+    assert_eq!(
+        titles("inspection"),
+        [
+            "Control force, inertial axes",
+            "Distance in radii of the keep-out ellipsoid",
+            "Angle between the axis and the line of sight",
+            "Angular rate",
+            "Speed",
+            "Plume: larger of relative angle and distance",
+            "Angle from the axis of the keep-out cone, soft limit",
+            "Distance from satellite",
         ]
     );
     let pendulum = titles("pendulum");
@@ -187,6 +205,27 @@ fn limits_are_shown_in_si() {
             .all(|(a, b)| (a - b).abs() < 1e-9),
         "{first:?}"
     );
+}
+
+#[test]
+fn soft_limits_are_told_in_the_title() {
+    let Shipped(_, text, push) = Shipped::named("docking_corridor");
+    let soft = text.replace("limit = 2.5", "limit = 2.5\nprice = 1.0");
+    let titles = shown(&FlightData::flown(&soft, 3, push));
+    assert_eq!(titles[0].title, "Control force, inertial axes, soft limit");
+    assert_eq!(titles[1].title, "Angle from the axis of the corridor");
+}
+
+#[test]
+fn regions_are_named_in_the_legend() {
+    let picture = page::draw(&flight("inspection")).unwrap();
+    assert!(picture.contains("keep-out ellipsoid at the end"));
+    let Shipped(_, text, turn) = Shipped::named("slew_keep_out");
+    let (head, rest) = text.split_once("[[maneuver.constraints]]").unwrap();
+    let sight = "kind = \"line_of_sight\"\naxis = [1, 0, 0]\npoint = [9, 9, 9]\nhalf_angle = 3.0\nprice = 1.0\n";
+    let text = format!("{head}[[maneuver.constraints]]\n{sight}[[maneuver.constraints]]{rest}");
+    let picture = page::draw(&FlightData::flown(&text, 3, turn)).unwrap();
+    assert!(picture.contains("line of sight, soft") && picture.contains("keep-out cone"));
 }
 
 #[test]

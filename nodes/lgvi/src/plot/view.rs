@@ -44,6 +44,11 @@ impl Camera {
         }
     }
 
+    /// The directions in the scene that go to the right and up in the picture.
+    pub(super) fn across(&self) -> [Vector3<f64>; 2] {
+        [self.right, self.up]
+    }
+
     /// Whether the z axis points down in the picture.
     pub(super) fn is_hanging(&self) -> bool {
         self.up.z < 0.0

@@ -1,9 +1,10 @@
 //! `lgvi report`: a page of a recorded flight for a browser, in one file that needs no network.
 //!
-//! [`flight`] packs what the bag tells over time, [`scenery`] what there is to see; [`page`] puts them into one file with the
+//! [`flight`] packs what the bag tells over time, [`scenery`] what there is to see, with the [`limits`] of a maneuver; [`page`] puts them into one file with the
 //! scripts in `assets`, which draw it. The same bag gives the same bytes.
 
 mod flight;
+mod limits;
 mod packed;
 mod page;
 mod scenery;

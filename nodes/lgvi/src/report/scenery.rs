@@ -1,16 +1,14 @@
 //! What there is to see of a scene: shapes, attractor, frames and the maneuver, in SI units.
 
 use lgvi_control::Place;
-use lgvi_control::constraint::{
-    ComponentLimit, Corridor, InFrame, KeepOutCone, KeepOutSphere, Moving, NormLimit,
-};
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, SpinAxis};
 use lgvi_dynamics::Mobility;
 use lgvi_scene::{Maneuver, NamedBody, Scene, Shape, Units};
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::packed::{FrameMotion, Packed, quaternion};
+use super::limits::{Kept, limits};
+use super::packed::{Packed, quaternion};
 use crate::plot::data::{FlightData, Sample};
 use crate::plot::maneuver::Orbits;
 
@@ -87,44 +85,6 @@ struct Goal {
     attitude: Option<[f64; 4]>,
     spin_direction: Option<[f64; 3]>,
     limits: Vec<Kept>,
-}
-
-/// What the maneuver keeps to, in its frame.
-#[derive(Serialize)]
-struct Kept {
-    #[serde(flatten)]
-    limit: Limit,
-    /// Where its frame is, at the times of the states; `None` for the inertial frame.
-    frame: Option<FrameMotion>,
-}
-
-#[derive(Serialize)]
-#[serde(tag = "kind", rename_all = "snake_case")]
-enum Limit {
-    KeepOutSphere {
-        center: [f64; 3],
-        radius: f64,
-    },
-    /// `axis` in the body's frame.
-    KeepOutCone {
-        axis: [f64; 3],
-        direction: [f64; 3],
-        half_angle: f64,
-    },
-    Corridor {
-        apex: [f64; 3],
-        axis: [f64; 3],
-        half_angle: f64,
-    },
-    /// (N) or (N m); JSON has no infinity, and so `null` is no limit.
-    Norm {
-        of: &'static str,
-        limit: f64,
-    },
-    Components {
-        of: &'static str,
-        limits: [f64; 3],
-    },
 }
 
 impl<'a> Scenery<'a> {
@@ -241,66 +201,6 @@ fn goal(data: &FlightData, samples: &[&Sample], maneuver: &Maneuver) -> Goal {
         position: final_position.map(|target| (target.position() * units.length).into()),
         attitude: final_attitude.map(|target| quaternion(&target.attitude())),
         spin_direction: spin_axis.map(|target| target.direction().into()),
-        limits: limits(&data.scene, samples, maneuver),
+        limits: limits(data, samples, maneuver),
     }
-}
-
-/// Those that can be drawn.
-fn limits(scene: &Scene, samples: &[&Sample], maneuver: &Maneuver) -> Vec<Kept> {
-    let units = &scene.units;
-    let of = |place| match place {
-        Place::Position => ("force", units.force()),
-        Place::Attitude => ("moment", units.energy()),
-    };
-    let limits = maneuver.all_constraints().filter_map(|constraint| {
-        let limit = if let Some(InFrame {
-            constraint: sphere, ..
-        }) = constraint.in_frame::<KeepOutSphere>()
-        {
-            Limit::KeepOutSphere {
-                center: (sphere.center() * units.length).into(),
-                radius: sphere.radius() * units.length,
-            }
-        } else if let Some(InFrame {
-            constraint: cone, ..
-        }) = constraint.in_frame::<KeepOutCone>()
-        {
-            Limit::KeepOutCone {
-                axis: cone.axis().into(),
-                direction: cone.direction().into(),
-                half_angle: cone.half_angle(),
-            }
-        } else if let Some(InFrame {
-            constraint: corridor,
-            ..
-        }) = constraint.in_frame::<Corridor>()
-        {
-            Limit::Corridor {
-                apex: (corridor.apex() * units.length).into(),
-                axis: corridor.axis().into(),
-                half_angle: corridor.half_angle(),
-            }
-        } else if let Some(norm) = constraint.downcast_ref::<NormLimit>() {
-            let (of, unit) = of(norm.place());
-            let limit = norm.limit() * unit;
-            Limit::Norm { of, limit }
-        } else if let Some(components) = constraint.downcast_ref::<ComponentLimit>() {
-            let (of, unit) = of(components.place());
-            let limits = (components.limit() * unit).into();
-            Limit::Components { of, limits }
-        } else {
-            return None;
-        };
-        let moving = constraint.downcast_ref::<Moving>();
-        let frame = moving.map(|moving| {
-            let mut motion = FrameMotion::default();
-            for sample in samples {
-                let pose = moving.pose(scene.h() * sample.step as f64);
-                motion.push(&(pose.origin * units.length), &pose.rotation);
-            }
-            motion
-        });
-        Some(Kept { limit, frame })
-    });
-    limits.collect()
 }

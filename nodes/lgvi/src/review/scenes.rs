@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 27] = [
+pub const SCENES: [(&str, &str); 28] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -18,6 +18,7 @@ pub const SCENES: [(&str, &str); 27] = [
     shipped!("free_body"),
     shipped!("inclination_change"),
     shipped!("inclination_replan"),
+    shipped!("inspection"),
     shipped!("low_orbit_approach"),
     shipped!("minimum_fuel"),
     shipped!("minimum_time_slew"),

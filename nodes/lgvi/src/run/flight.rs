@@ -435,6 +435,19 @@ mod tests {
     }
 
     #[test]
+    fn violations_with_a_price_are_told() {
+        let mut course = course();
+        let line = r#"{"event":"planned","plan":{"iterations":1,"trials":2,"violation":1e-9,"cost":3.0,"soft":SOFT},"seconds":0.1}"#;
+        let soft = r#"{"violation":0.25,"paid":0.5}"#;
+        for (soft, expected) in [(soft, true), ("null", false)] {
+            says(&mut course, NodeKind::Planner, &line.replace("SOFT", soft));
+            let summary = Summary(&scene(), &course.flown).to_string();
+            let told = summary.contains("violated by up to 2.50e-1, which costs 0.500000000");
+            assert_eq!(told, expected, "{summary}");
+        }
+    }
+
+    #[test]
     fn lost_is_what_was_published_and_is_not_in_the_bag() {
         for (a, gaps, lost) in [(3, 0, 0), (1, 0, 2), (3, 4, 4), (9, 0, 0)] {
             let mut course = course();

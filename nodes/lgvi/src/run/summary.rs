@@ -19,6 +19,13 @@ impl Display for Summary<'_> {
                 "\n  planned   cost {:.9} in {} iterations ({} trajectories), terminal error {:.1e}, {seconds:.3} s",
                 plan.cost, plan.iterations, plan.trials, plan.violation
             )?;
+            if let Some(soft) = &plan.soft {
+                write!(
+                    f,
+                    "\n  soft      constraints with a price are violated by up to {:.2e}, which costs {:.9} beside the commands",
+                    soft.violation, soft.paid
+                )?;
+            }
         }
         if let Some(replanned) = &flown.replanned {
             let seconds = replanned.replans.iter().map(|replan| replan.seconds);

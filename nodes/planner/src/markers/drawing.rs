@@ -1,4 +1,5 @@
-use lgvi_msgs::geometry_msgs::{Point, Vector3 as Scale};
+use lgvi_lie::to_quaternion;
+use lgvi_msgs::geometry_msgs::{Point, Quaternion, Vector3 as Scale};
 use lgvi_msgs::std_msgs::{ColorRGBA, Header};
 use lgvi_msgs::visualization_msgs::{Marker, MarkerArray};
 use nalgebra::{Matrix3, Vector3};
@@ -91,20 +92,25 @@ impl Drawing {
         });
     }
 
-    pub(super) fn sphere(
+    /// An ellipsoid whose semi-axes are along the columns of `axes`.
+    pub(super) fn ellipsoid(
         &mut self,
         ns: &str,
         id: i32,
         center: Vector3<f64>,
-        radius: f64,
+        semi_axes: Vector3<f64>,
+        axes: &Matrix3<f64>,
         color: [f32; 4],
     ) {
         let mut marker = Marker {
             r#type: Marker::SPHERE,
-            scale: scale([2.0 * radius * self.length; 3]),
+            scale: scale((2.0 * semi_axes * self.length).into()),
             ..self.marker(ns, id, color)
         };
         marker.pose.position = self.point(center);
+        let (w, u) = to_quaternion(axes);
+        let [x, y, z] = u.into();
+        marker.pose.orientation = Quaternion { x, y, z, w };
         self.markers.push(marker);
     }
 

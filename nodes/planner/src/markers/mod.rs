@@ -5,12 +5,13 @@ mod drawing;
 
 use lgvi_common::header;
 use lgvi_control::Place;
-use lgvi_control::constraint::{Corridor, KeepInSphere, KeepOutCone, KeepOutSphere};
+use lgvi_control::constraint::Region;
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::stamp::StampError;
 use lgvi_msgs::visualization_msgs::MarkerArray;
 use lgvi_scene::{Maneuver, Scene};
+use nalgebra::{Matrix3, Vector3};
 
 use crate::sequence::Sequence;
 use drawing::{Drawing, color};
@@ -135,38 +136,77 @@ impl Picture<'_> {
         }
     }
 
+    /// What moves is where it is at the end.
     fn constraints(&self, drawing: &mut Drawing) {
         let states = &self.sequence.plan.states;
-        let Some(first) = states.first() else { return };
+        let (Some(first), Some(last)) = (states.first(), states.last()) else {
+            return;
+        };
         for (id, constraint) in (0..).zip(self.maneuver.all_constraints()) {
-            if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
-                let center = sphere.last_pose().point(sphere.constraint.center());
-                let radius = sphere.constraint.radius();
-                drawing.sphere("keep_out", id, center, radius, color::FORBIDDEN);
-            } else if let Some(sphere) = constraint.in_frame::<KeepInSphere>() {
-                let center = sphere.last_pose().point(sphere.constraint.center());
-                let radius = sphere.constraint.radius();
-                drawing.sphere("keep_in", id, center, radius, color::ALLOWED);
-            } else if let Some(framed) = constraint.in_frame::<KeepOutCone>() {
-                let cone = framed.constraint;
-                let (apex, reach) = (first.position, 0.5 * self.size);
-                let direction = framed.last_pose().rotation * cone.direction();
-                let sides = curves::cone(&apex, &direction, cone.half_angle(), reach);
-                drawing.triangles("keep_out", id, sides, color::FORBIDDEN);
-                let trace = self.shown();
-                let trace = trace.map(|state| apex + state.attitude * cone.axis() * reach);
-                drawing.strip("kept_axis", id, trace, color::PATH);
-            } else if let Some(framed) = constraint.in_frame::<Corridor>() {
-                let (frame, corridor) = (framed.last_pose(), framed.constraint);
-                let apex = frame.point(corridor.apex());
-                let distance = |state: &BodyState| (state.position - apex).norm();
-                let reach = states.iter().map(distance).fold(0.0, f64::max);
-                let axis = frame.rotation * corridor.axis();
-                let sides = curves::cone(&apex, &axis, corridor.half_angle(), reach);
-                drawing.triangles("corridor", id, sides, color::ALLOWED);
+            match constraint.region_at(f64::INFINITY) {
+                Some(Region::OutsideEllipsoid {
+                    center,
+                    semi_axes,
+                    axes,
+                }) => drawing.ellipsoid("keep_out", id, center, semi_axes, &axes, color::FORBIDDEN),
+                Some(Region::InsideSphere { center, radius }) => {
+                    let (semi_axes, axes) = (Vector3::repeat(radius), Matrix3::identity());
+                    drawing.ellipsoid("keep_in", id, center, semi_axes, &axes, color::ALLOWED);
+                }
+                Some(Region::OutsideCone {
+                    axis,
+                    direction,
+                    half_angle,
+                }) => {
+                    let (apex, reach) = (first.position, 0.5 * self.size);
+                    let sides = curves::cone(&apex, &direction, half_angle, reach);
+                    drawing.triangles("keep_out", id, sides, color::FORBIDDEN);
+                    let trace = self.shown();
+                    let trace = trace.map(|state| apex + state.attitude * axis * reach);
+                    drawing.strip("kept_axis", id, trace, color::PATH);
+                }
+                Some(Region::Corridor {
+                    apex,
+                    axis,
+                    half_angle,
+                }) => {
+                    let distance = |state: &BodyState| (state.position - apex).norm();
+                    let reach = states.iter().map(distance).fold(0.0, f64::max);
+                    let sides = curves::cone(&apex, &axis, half_angle, reach);
+                    drawing.triangles("corridor", id, sides, color::ALLOWED);
+                }
+                Some(Region::InSight {
+                    axis,
+                    point,
+                    half_angle,
+                }) => {
+                    let reach = (point - last.position).norm();
+                    let sides = of_body(last, &axis, half_angle, reach);
+                    drawing.triangles("line_of_sight", id, sides, color::ALLOWED);
+                }
+                Some(Region::OutsidePlume {
+                    axis,
+                    half_angle,
+                    distance,
+                    ..
+                }) => {
+                    let sides = of_body(last, &axis, half_angle, distance);
+                    drawing.triangles("plume", id, sides, color::FORBIDDEN);
+                }
+                Some(Region::AngularRate { .. } | Region::Speed { .. }) | None => {}
             }
         }
     }
+}
+
+/// The mantle of a cone about an axis of a body.
+fn of_body(
+    state: &BodyState,
+    axis: &Vector3<f64>,
+    half_angle: f64,
+    side: f64,
+) -> Vec<Vector3<f64>> {
+    curves::cone(&state.position, &(state.attitude * axis), half_angle, side)
 }
 
 #[cfg(test)]

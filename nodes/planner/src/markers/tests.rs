@@ -161,6 +161,7 @@ fn constraints_are_drawn_where_they_hold() {
     let Point { x, y, z } = keep_out[0].pose.position;
     assert_eq!([x, y, z], [10.0, 20.0, 30.0]);
     assert_eq!(keep_out[0].scale.x, 10.0);
+    assert_eq!(keep_out[0].pose.orientation.w, 1.0);
 
     // Corners: the apex, then two on the rim, at the half-angle and as far as the path is.
     let corridor = of(&markers, "corridor")[0];
@@ -190,6 +191,44 @@ fn constraints_are_drawn_where_they_hold() {
     let axis = points(of(&markers, "kept_axis")[0]);
     assert_eq!(axis.first(), Some(&Vector3::new(30.0, 0.0, 0.0)));
     assert_eq!(axis.last(), Some(&Vector3::new(10.0, 20.0, 0.0)));
+}
+
+/// Cones of the body's axes as it arrives at (1, 4, 0), turned by a quarter about z.
+#[test]
+fn what_the_body_sees_and_blows_at_is_drawn_where_it_arrives() {
+    let constraints = "constraints = [\
+        { kind = \"keep_out_ellipsoid\", center = [1, 2, 3], semi_axes = [1, 2, 3], attitude = [[0, -1, 0], [1, 0, 0], [0, 0, 1]] }, \
+        { kind = \"angular_rate\", limit = 9.0 }, \
+        { kind = \"speed\", limit = 9.0, price = 1.0 }, \
+        { kind = \"line_of_sight\", axis = [2, 0, 0], point = [1, 9, 0], half_angle = 0.5 }, \
+        { kind = \"plume\", axis = [0, 0, 1], point = [9, 9, 9], half_angle = 0.25, distance = 2.0 }]\n";
+    let markers = shown(&format!("{constraints}{STATE}"));
+    let ellipsoid = of(&markers, "keep_out")[0];
+    assert_eq!((ellipsoid.r#type, ellipsoid.id), (Marker::SPHERE, 0));
+    let Point { x, y, z } = ellipsoid.pose.position;
+    assert_eq!([x, y, z], [10.0, 20.0, 30.0]);
+    let scale = &ellipsoid.scale;
+    assert_eq!([scale.x, scale.y, scale.z], [20.0, 40.0, 60.0]);
+    let turn = &ellipsoid.pose.orientation;
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    for (found, expected) in [(turn.w, half), (turn.x, 0.0), (turn.y, 0.0), (turn.z, half)] {
+        assert!((found - expected).abs() < 1e-15, "{turn:?}");
+    }
+    for (name, id, axis, half_angle, side) in [
+        ("line_of_sight", 3, Vector3::y(), 0.5, 50.0),
+        ("plume", 4, Vector3::z(), 0.25, 20.0),
+    ] {
+        let cone = of(&markers, name)[0];
+        assert_eq!((cone.r#type, cone.id), (Marker::TRIANGLE_LIST, id));
+        for triangle in points(cone).chunks(3) {
+            assert_eq!(triangle[0], Vector3::new(10.0, 40.0, 0.0));
+            for rim in &triangle[1..] {
+                let along = rim - triangle[0];
+                assert!((along.norm() - side).abs() < 1e-12 * side, "{name}");
+                assert!((along.angle(&axis) - half_angle).abs() < 1e-12, "{name}");
+            }
+        }
+    }
 }
 
 #[test]

@@ -124,6 +124,10 @@ pub struct Iteration {
     pub condition: f64,
     /// Whether that plan is known to be a strict local minimum.
     pub sufficient: bool,
+    /// Largest violation of a constraint that has a price, of that plan.
+    pub priced: f64,
+    /// What its violations cost.
+    pub paid: f64,
     /// What it is at.
     pub phase: &'static str,
 }
@@ -139,6 +143,8 @@ impl Iteration {
         cost: f64::INFINITY,
         condition: 0.0,
         sufficient: false,
+        priced: 0.0,
+        paid: 0.0,
         phase: "",
     };
 }
@@ -162,7 +168,8 @@ pub enum Reason {
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
     pub(crate) plan: Plan,
-    /// Which of several plans it is, how its commands switch, and whether it may be no minimum; empty where none is to be said.
+    /// Which of several plans it is, how its commands switch, which soft constraints it violates, and whether it may be no minimum;
+    /// empty where none is to be said.
     pub(crate) remark: String,
     /// Its phases.
     pub(crate) phased: Phased,
@@ -291,6 +298,12 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     if let Some(switching) = certificate.switching {
         info!("{switching}");
         solved.add(&switching.to_string());
+    }
+    if certificate.priced > 0.0 {
+        let (by, paid) = (certificate.priced, solved.plan.paid);
+        solved.add(&format!(
+            "soft constraints are violated by up to {by:.3e}, which costs {paid:.6e}"
+        ));
     }
     if !certificate.sufficient {
         solved.add(NOT_MINIMUM);
@@ -453,6 +466,8 @@ impl Iteration {
         self.stationarity = plan.certificate.stationarity;
         self.condition = plan.certificate.condition;
         self.sufficient = plan.certificate.sufficient;
+        self.priced = plan.certificate.priced;
+        self.paid = plan.paid;
     }
 }
 
@@ -478,6 +493,8 @@ impl From<&Progress> for Iteration {
             cost: now.cost,
             condition: 0.0,
             sufficient: false,
+            priced: 0.0,
+            paid: 0.0,
             phase: match now.phase {
                 Phase::Coarse => "coarse",
                 Phase::Fine => "fine",

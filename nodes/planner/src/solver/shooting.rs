@@ -55,6 +55,8 @@ impl From<&shooting::Iteration> for Iteration {
             cost: now.cost,
             condition: 0.0,
             sufficient: false,
+            priced: 0.0,
+            paid: 0.0,
             phase: "shooting",
         }
     }

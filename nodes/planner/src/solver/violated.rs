@@ -1,8 +1,6 @@
 //! A violated constraint in words: its kind, and by how much in a unit.
 
-use lgvi_control::constraint::{
-    Coordinates, KeepInSphere, KeepOutCone, KeepOutEllipsoid, KeepOutSphere, LineOfSight, Plume,
-};
+use lgvi_control::constraint::{Coordinates, Region};
 use lgvi_control::{Constraint, PlanError};
 use lgvi_scene::{Maneuver, Phase, Scene, Stated};
 
@@ -182,31 +180,30 @@ fn weak(maneuver: &Maneuver, phase: &Phase) -> Option<String> {
 }
 
 fn amount(scene: &Scene, constraint: &Constraint, by: f64) -> String {
-    let cone = constraint.in_frame::<KeepOutCone>().is_some();
-    if cone || constraint.in_frame::<LineOfSight>().is_some() {
-        return format!("{:.3}°", by.to_degrees());
-    }
-    if let Some(sphere) = constraint.in_frame::<KeepInSphere>() {
-        let radius = sphere.constraint.radius();
-        return format!("{:.3e} m", by * radius * scene.units.length);
-    }
-    if let Some(sphere) = constraint.in_frame::<KeepOutSphere>() {
-        let radius = sphere.constraint.radius();
-        return format!("{:.3e} m", by * radius * scene.units.length);
-    }
-    if constraint.in_frame::<Plume>().is_some() {
-        return format!(
-            "{:.3} % of its distance or by {:.3}°",
-            100.0 * by,
-            by.to_degrees()
-        );
-    }
-    if constraint.in_frame::<KeepOutEllipsoid>().is_some() {
-        return format!("{:.3} % of its radius", 100.0 * by);
-    }
-    let of = match constraint.bare() {
-        Constraint::State(state) if state.coordinates() == Coordinates::Position => "its length",
-        _ => "its limit",
+    let of = match constraint.region() {
+        Some(Region::OutsideCone { .. } | Region::InSight { .. }) => {
+            return format!("{:.3}°", by.to_degrees());
+        }
+        Some(Region::OutsideEllipsoid { semi_axes, .. }) if semi_axes.min() == semi_axes.max() => {
+            return format!("{:.3e} m", by * semi_axes.x * scene.units.length);
+        }
+        Some(Region::InsideSphere { radius, .. }) => {
+            return format!("{:.3e} m", by * radius * scene.units.length);
+        }
+        Some(Region::OutsidePlume { .. }) => {
+            return format!(
+                "{:.3} % of its distance or by {:.3}°",
+                100.0 * by,
+                by.to_degrees()
+            );
+        }
+        Some(Region::OutsideEllipsoid { .. }) => "its radius",
+        _ => match constraint.bare() {
+            Constraint::State(state) if state.coordinates() == Coordinates::Position => {
+                "its length"
+            }
+            _ => "its limit",
+        },
     };
     format!("{:.3} % of {of}", 100.0 * by)
 }

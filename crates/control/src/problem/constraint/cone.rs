@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Coordinates, StateConstraint};
+use super::{Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction};
 use crate::problem::pointing::Pointing;
@@ -55,6 +55,14 @@ impl KeepOutCone {
 impl StateConstraint for KeepOutCone {
     fn name(&self) -> &'static str {
         "keep_out_cone"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::OutsideCone {
+            axis: self.axis,
+            direction: self.direction,
+            half_angle: self.half_angle,
+        })
     }
 
     fn coordinates(&self) -> Coordinates {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Coordinates, StateConstraint};
+use super::{Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, point};
 
@@ -70,6 +70,14 @@ impl Corridor {
 impl StateConstraint for Corridor {
     fn name(&self) -> &'static str {
         "corridor"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::Corridor {
+            apex: self.apex,
+            axis: self.axis,
+            half_angle: self.half_angle,
+        })
     }
 
     fn coordinates(&self) -> Coordinates {

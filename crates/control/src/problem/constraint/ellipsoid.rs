@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Coordinates, StateConstraint};
+use super::{Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{length, point, rotation};
 
@@ -56,6 +56,14 @@ impl KeepOutEllipsoid {
 impl StateConstraint for KeepOutEllipsoid {
     fn name(&self) -> &'static str {
         "keep_out_ellipsoid"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::OutsideEllipsoid {
+            center: self.center,
+            semi_axes: self.semi_axes,
+            axes: self.rotation,
+        })
     }
 
     fn coordinates(&self) -> Coordinates {

@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Coordinates, StateConstraint};
+use super::{Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{length, point};
 
@@ -35,6 +35,11 @@ impl KeepInSphere {
 impl StateConstraint for KeepInSphere {
     fn name(&self) -> &'static str {
         "keep_in_sphere"
+    }
+
+    fn region(&self) -> Option<Region> {
+        let Self { center, radius } = *self;
+        Some(Region::InsideSphere { center, radius })
     }
 
     fn coordinates(&self) -> Coordinates {

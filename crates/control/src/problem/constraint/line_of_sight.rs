@@ -4,7 +4,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
 use super::sight::Sight;
-use super::{ByAttitude, Coordinates, StateConstraint};
+use super::{ByAttitude, Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, point};
 
@@ -56,6 +56,14 @@ impl LineOfSight {
 impl StateConstraint for LineOfSight {
     fn name(&self) -> &'static str {
         "line_of_sight"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::InSight {
+            axis: self.axis,
+            point: self.point,
+            half_angle: self.half_angle,
+        })
     }
 
     fn coordinates(&self) -> Coordinates {

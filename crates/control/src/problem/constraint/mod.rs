@@ -19,6 +19,7 @@ mod line_of_sight;
 mod moving;
 mod plume;
 mod rate;
+mod region;
 mod set;
 mod sight;
 mod speed;
@@ -49,9 +50,10 @@ pub(crate) use frame::cubic;
 pub use keep_in::KeepInSphere;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
 pub use line_of_sight::LineOfSight;
-pub use moving::{InFrame, Moving};
+pub use moving::Moving;
 pub use plume::Plume;
 pub use rate::AngularRate;
+pub use region::Region;
 pub(in crate::problem) use set::command_limits;
 pub(crate) use set::{InequalitySet, StateInequality};
 pub use speed::Speed;
@@ -105,6 +107,11 @@ pub trait StateConstraint: Comparable + Debug + Send + Sync {
     /// The part of the transfer's duration in which it applies, from 0 at the start to 1 at the end.
     fn applies(&self) -> RangeInclusive<f64> {
         0.0..=1.0
+    }
+
+    /// The states that it allows, for those who draw it.
+    fn region(&self) -> Option<Region> {
+        None
     }
 
     /// The dimensionless `g`.
@@ -275,14 +282,19 @@ impl Constraint {
         self.any().downcast_ref()
     }
 
-    /// The constraint as a `T` in the frame that it is defined in, if it is one.
-    pub fn in_frame<T: 'static>(&self) -> Option<InFrame<'_, T>> {
+    /// The states that it allows, in the frame that it is defined in, if it says so.
+    pub fn region(&self) -> Option<Region> {
+        match self.bare() {
+            Self::State(constraint) => constraint.region(),
+            _ => None,
+        }
+    }
+
+    /// The states that it allows at a time after the start of the transfer, in the inertial frame; after its end, those at the end.
+    pub fn region_at(&self, time: f64) -> Option<Region> {
+        let region = self.region()?;
         let moving = self.downcast_ref::<Moving>();
-        let constraint = match moving {
-            Some(moving) => (moving.constraint() as &dyn Any).downcast_ref(),
-            None => self.downcast_ref(),
-        };
-        constraint.map(|constraint| InFrame { constraint, moving })
+        Some(moving.map_or(region, |moving| region.placed(&moving.pose(time))))
     }
 
     fn any(&self) -> &dyn Any {

@@ -4,7 +4,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{ByAttitude, Coordinates, FramePose, StateConstraint};
+use super::{ByAttitude, Coordinates, FramePose, Region, StateConstraint};
 use crate::problem::ParameterError;
 
 /// A constraint on the pose relative to a frame that moves in a known way: `g(R_fᵀ (x − x_f), R_fᵀ R)`. The motion of the
@@ -89,33 +89,6 @@ impl Moving {
     }
 }
 
-/// A constraint of a known kind, and the frame that it is defined in: the inertial frame, or one that moves.
-#[derive(Clone, Copy, Debug)]
-pub struct InFrame<'c, T> {
-    /// The constraint, in its frame.
-    pub constraint: &'c T,
-    /// How the frame moves.
-    pub(super) moving: Option<&'c Moving>,
-}
-
-impl<T> InFrame<'_, T> {
-    /// Whether the frame moves.
-    pub fn moves(&self) -> bool {
-        self.moving.is_some()
-    }
-
-    /// The pose of the frame at a time after the start of the transfer; after its end, that at the end.
-    pub fn pose(&self, time: f64) -> FramePose {
-        self.moving
-            .map_or(FramePose::INERTIAL, |moving| moving.pose(time))
-    }
-
-    /// The pose of the frame at the end of the transfer.
-    pub fn last_pose(&self) -> FramePose {
-        self.pose(f64::INFINITY)
-    }
-}
-
 fn same(one: &Arc<dyn StateConstraint>, other: &Arc<dyn StateConstraint>) -> bool {
     let other: &dyn Any = &**other;
     one.equals(other)
@@ -133,6 +106,10 @@ impl PartialEq for Moving {
 impl StateConstraint for Moving {
     fn name(&self) -> &'static str {
         self.constraint.name()
+    }
+
+    fn region(&self) -> Option<Region> {
+        self.constraint.region()
     }
 
     fn coordinates(&self) -> Coordinates {

@@ -4,7 +4,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
 use super::sight::Sight;
-use super::{ByAttitude, Coordinates, StateConstraint};
+use super::{ByAttitude, Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, length, point};
 
@@ -111,6 +111,15 @@ impl Edge {
 impl StateConstraint for Plume {
     fn name(&self) -> &'static str {
         "plume"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::OutsidePlume {
+            axis: self.axis,
+            point: self.point,
+            half_angle: self.half_angle,
+            distance: self.distance,
+        })
     }
 
     fn coordinates(&self) -> Coordinates {

@@ -1,7 +1,7 @@
 use lgvi_dynamics::{BodyState, Inertia};
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Coordinates, StateConstraint};
+use super::{Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{direction, length};
 
@@ -52,6 +52,13 @@ impl AngularRate {
 impl StateConstraint for AngularRate {
     fn name(&self) -> &'static str {
         "angular_rate"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::AngularRate {
+            axis: self.axis,
+            limit: self.limit,
+        })
     }
 
     fn coordinates(&self) -> Coordinates {

@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Coordinates, StateConstraint};
+use super::{Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::length;
 
@@ -30,6 +30,10 @@ impl Speed {
 impl StateConstraint for Speed {
     fn name(&self) -> &'static str {
         "speed"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::Speed { limit: self.limit })
     }
 
     fn coordinates(&self) -> Coordinates {

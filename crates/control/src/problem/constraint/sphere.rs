@@ -1,7 +1,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{Coordinates, StateConstraint};
+use super::{Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{length, point};
 
@@ -35,6 +35,14 @@ impl KeepOutSphere {
 impl StateConstraint for KeepOutSphere {
     fn name(&self) -> &'static str {
         "keep_out_sphere"
+    }
+
+    fn region(&self) -> Option<Region> {
+        Some(Region::OutsideEllipsoid {
+            center: self.center,
+            semi_axes: Vector3::repeat(self.radius),
+            axes: Matrix3::identity(),
+        })
     }
 
     fn coordinates(&self) -> Coordinates {

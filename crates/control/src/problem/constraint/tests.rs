@@ -1,6 +1,7 @@
 //! Command inequalities compared with the limits that they express.
 
-use lgvi_dynamics::Load;
+use lgvi_dynamics::{Inertia, Load};
+use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3};
 
 use super::*;
@@ -149,4 +150,124 @@ fn a_constraint_that_moves_keeps_its_price_later() {
     assert_eq!((both.steps(), both.price()), (Some(5..9), Some(3.0)));
     let error = during.during(9..12).expect_err("no step");
     assert_eq!(error.name, "steps");
+}
+
+/// What the region says of a state, in words that are not those of `g`.
+fn allows(region: &Region, state: &BodyState) -> bool {
+    let (x, turn) = (&state.position, &state.attitude);
+    let seen = |axis: &Vector3<f64>, point: &Vector3<f64>| (turn * axis).angle(&(point - x));
+    match region {
+        Region::OutsideEllipsoid {
+            center,
+            semi_axes,
+            axes,
+        } => {
+            let arm = axes.transpose() * (x - center);
+            arm.component_div(semi_axes).norm() >= 1.0
+        }
+        Region::InsideSphere { center, radius } => (x - center).norm() <= *radius,
+        Region::Corridor {
+            apex,
+            axis,
+            half_angle,
+        } => (x - apex).angle(axis) <= *half_angle,
+        Region::OutsideCone {
+            axis,
+            direction,
+            half_angle,
+        } => (turn * axis).angle(direction) >= *half_angle,
+        Region::InSight {
+            axis,
+            point,
+            half_angle,
+        } => seen(axis, point) <= *half_angle,
+        Region::OutsidePlume {
+            axis,
+            point,
+            half_angle,
+            distance,
+        } => seen(axis, point) >= *half_angle || (point - x).norm() >= *distance,
+        // For a body whose mass and moments of inertia are 1.
+        Region::AngularRate { axis: None, limit } => state.angular_momentum.norm() <= *limit,
+        Region::AngularRate {
+            axis: Some(axis),
+            limit,
+        } => state.angular_momentum.dot(axis).abs() <= *limit,
+        Region::Speed { limit } => state.linear_momentum.norm() <= *limit,
+    }
+}
+
+/// Constraints on states of every kind, with some numbers.
+fn of_states(vector: &mut impl FnMut() -> Vector3<f64>) -> Vec<(Constraint, Constraint)> {
+    let inertia = Inertia::new(Matrix3::identity()).expect("moments of inertia");
+    let poses: Vec<_> = (0..4)
+        .map(|_| FramePose {
+            origin: vector(),
+            rotation: exp(&vector()),
+        })
+        .collect();
+    let mut both = Vec::new();
+    macro_rules! kinds {
+        ($($constraint:expr),* $(,)?) => {
+            $(
+                let constraint = $constraint.expect("a constraint");
+                let moving = Moving::new(constraint, poses.clone(), 1.0).expect("one that moves");
+                both.push((Constraint::state(constraint), Constraint::state(moving)));
+            )*
+        };
+    }
+    kinds!(
+        KeepOutSphere::new(vector(), 0.8),
+        KeepInSphere::new(vector(), 1.2),
+        KeepOutEllipsoid::new(vector(), Vector3::new(0.5, 1.0, 1.5), exp(&vector())),
+        Corridor::new(vector(), vector(), 0.9),
+        KeepOutCone::new(vector(), vector(), 1.2),
+        LineOfSight::new(vector(), vector(), 1.2),
+        Plume::new(vector(), vector(), 1.4, 1.5),
+        AngularRate::new(0.8, &inertia),
+        AngularRate::new(0.5, &inertia).and_then(|rate| rate.about(vector())),
+        Speed::new(0.8, 1.0),
+    );
+    both
+}
+
+/// The region has a state if and only if `g` allows it: of a frame at rest, and of one that moves, at its ends of intervals.
+#[test]
+fn regions_are_the_states_that_constraints_allow() {
+    let mut rng = fastrand::Rng::with_seed(9);
+    let mut vector = move || Vector3::from_fn(|_, _| 2.0 * rng.f64() - 1.0);
+    for (fixed, moving) in of_states(&mut vector) {
+        let mut counts = [0; 2];
+        for trial in 0..400 {
+            let state = BodyState {
+                position: vector(),
+                linear_momentum: vector(),
+                attitude: exp(&(3.0 * vector())),
+                angular_momentum: vector(),
+            };
+            let time = f64::from(trial % 4);
+            for (constraint, time) in [(&fixed, f64::INFINITY), (&moving, time)] {
+                let Constraint::State(of_state) = constraint else {
+                    panic!("{constraint:?}");
+                };
+                let placed = of_state.at(time);
+                let g = placed.as_ref().unwrap_or(of_state).value(&state);
+                let region = constraint.region_at(time).expect("a region");
+                // The rounded edge of a plume.
+                if g.abs() < 1e-5 {
+                    continue;
+                }
+                assert_eq!(allows(&region, &state), g < 0.0, "{constraint:?}: {g}");
+                counts[usize::from(g < 0.0)] += 1;
+            }
+        }
+        assert!(
+            counts.iter().all(|count| *count > 20),
+            "{fixed:?}: {counts:?}"
+        );
+        let soft = moving.clone().priced(1.0).expect("a price");
+        assert_eq!(soft.region_at(2.0), moving.region_at(2.0));
+        assert_eq!(moving.region(), fixed.region());
+    }
+    assert_eq!(all(1.0).region(), None);
 }

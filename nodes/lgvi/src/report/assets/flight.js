@@ -24,6 +24,7 @@ class Flight {
     });
     this.maneuver = data.scenery.maneuver;
     for (const limit of this.maneuver?.limits ?? []) {
+      if (limit.plot) limit.plot.values = unpack(limit.plot.values);
       if (limit.frame) limit.frame = { position: unpack(limit.frame.position), attitude: unpack(limit.frame.attitude) };
     }
   }

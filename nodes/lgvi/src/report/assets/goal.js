@@ -48,9 +48,13 @@ function buildGoal(flight, goal) {
     const frame = new Group();
     const end = flight.poseOf(limit.frame, last);
     const placed = (place) => plus(end.origin, rotate(end.turn, place));
-    if (limit.kind === "keep_out_sphere") {
-      frame.add(keepOutSphere(limit.center, limit.radius));
+    if (limit.kind === "keep_in_sphere") {
+      frame.add(translucentEllipsoid({ center: limit.center, axes: [1, 0, 0, 0], semi_axes: Array(3).fill(limit.radius) }, COLORS.corridor));
       built.surrounds.push(...aroundSphere(placed(limit.center), limit.radius));
+    }
+    if (limit.kind === "keep_out_ellipsoid") {
+      frame.add(translucentEllipsoid(limit, COLORS.forbidden));
+      built.surrounds.push(...aroundSphere(placed(limit.center), Math.max(...limit.semi_axes)));
     }
     if (limit.kind === "corridor") {
       const ways = even(flight.time.length, 200).map((k) => [nth(body.position, k), flight.poseOf(limit.frame, { k, part: 0 })]);
@@ -70,6 +74,20 @@ function buildGoal(flight, goal) {
       const now = line([[0, 0, 0], times(unit(limit.axis), reach)], "#ffffff");
       built.group.add(now);
       built.moving.push({ group: now, place: body, turn: body });
+    }
+    if (limit.kind === "line_of_sight" || limit.kind === "plume") {
+      const isPlume = limit.kind === "plume";
+      const color = isPlume ? COLORS.forbidden : COLORS.corridor;
+      const distances = even(flight.time.length, 200).map((k) => {
+        const { origin, turn } = flight.poseOf(limit.frame, { k, part: 0 });
+        return norm(minus(plus(origin, rotate(turn, limit.point)), nth(body.position, k)));
+      });
+      const reach = isPlume ? limit.distance : Math.min(...distances);
+      const own = new Group();
+      own.add(cone([0, 0, 0], limit.axis, limit.half_angle, reach, color));
+      built.group.add(own);
+      built.moving.push({ group: own, place: body, turn: body });
+      frame.add(spot(limit.point, 0.1 * body.extent, color));
     }
     built.group.add(frame);
     built.moving.push({ group: frame, place: limit.kind === "keep_out_cone" ? body : limit.frame, turn: limit.frame });

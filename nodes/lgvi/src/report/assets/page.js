@@ -2,6 +2,15 @@
 
 /** Bodies that are listed at first, where there are more. */
 const LISTED = 5;
+/** Kinds of what a maneuver keeps to, with color and name. */
+const LIMITS = [
+  ["keep_out_cone", COLORS.forbidden, "keep-out cone; white: the axis that keeps clear of it"],
+  ["keep_out_ellipsoid", COLORS.forbidden, "keep-out ellipsoid"],
+  ["keep_in_sphere", COLORS.corridor, "keep-in sphere"],
+  ["corridor", COLORS.corridor, "corridor"],
+  ["line_of_sight", COLORS.corridor, "line of sight, with the point in it"],
+  ["plume", COLORS.forbidden, "plume, with the point outside of it"],
+];
 /** The whole flight is played in this many seconds. */
 const PLAY = [5, 10, 20, 60];
 
@@ -176,10 +185,10 @@ function fillLegend(list, flight, listed, view) {
   if (maneuver?.initial_orbit) add(COLORS.initial, "initial orbit");
   if (maneuver?.target_orbit) add(COLORS.target, "target orbit", "dashed");
   if (maneuver?.position || maneuver?.attitude || maneuver?.spin_direction) add(COLORS.target, "target", "area");
-  const kinds = new Set(maneuver?.limits.map((limit) => limit.kind) ?? []);
-  if (kinds.has("keep_out_cone")) add(COLORS.forbidden, "keep-out cone; white: the axis that keeps clear of it", "area");
-  if (kinds.has("keep_out_sphere")) add(COLORS.forbidden, "keep-out sphere", "area");
-  if (kinds.has("corridor")) add(COLORS.corridor, "corridor", "area");
+  for (const [kind, color, text] of LIMITS) {
+    const found = maneuver?.limits.filter((limit) => limit.kind === kind) ?? [];
+    if (found.length > 0) add(color, found.every(({ soft }) => soft) ? `${text} (soft)` : text, "area");
+  }
   if (scenery.attractor) add(COLORS.attractor, scenery.attractor.radius > 0 ? `attractor, radius ${lengthText(scenery.attractor.radius)}` : "attractor (a point)", "area");
   if (flight.bodies.some((body) => body.is_pivoted)) add(COLORS.pivot, "pivot, to the center of mass", "light");
   COLORS.axes.forEach((color, axis) => add(color, `${COMPONENTS[axis]} axes`));

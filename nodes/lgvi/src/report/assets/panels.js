@@ -73,7 +73,7 @@ class Panels {
     const host = this.sections.body;
     plots.clear(host);
     const body = flight.bodies[this.body];
-    if (flight.maneuver?.body === this.body) this.showLimits(host, body);
+    if (flight.maneuver?.body === this.body) this.showLimits(host);
     this.showControls(host);
     this.showAttitude(host, body);
     const rates = this.each((k) => flight.angularVelocity(body, k));
@@ -130,12 +130,12 @@ class Panels {
       for (const limit of limits) {
         if (limit.kind === "norm" && limit.limit !== null) {
           curves.push({ label: "magnitude", values: vectors.map(norm), color: INK });
-          constant("limit", limit.limit);
+          constant(boundName(limit.soft), limit.limit);
         }
         const finite = limit.kind === "components" ? [...new Set(limit.limits.filter((value) => value !== null))] : [];
         for (const value of finite) {
-          constant("limit", value);
-          constant("−limit", -value);
+          constant(boundName(limit.soft), value);
+          constant(`−${boundName(limit.soft)}`, -value);
         }
       }
       plots.add(host, { title, unit, time: controls.time, curves, stepped: true });
@@ -147,33 +147,15 @@ class Panels {
     if (notes.length > 0) host.append(note(notes.join(" ")));
   }
 
-  /** How near the body comes to what it keeps clear of. */
-  showLimits(host, body) {
+  /** How near the body comes to what it keeps to. */
+  showLimits(host) {
     const { flight, plots } = this;
-    const degrees = 180 / Math.PI;
-    const angle = (a, b) => degrees * Math.atan2(norm(cross(a, b)), dot(a, b));
-    const { time } = flight;
-    for (const limit of flight.maneuver.limits) {
-      // In the frame of the limit.
-      const seen = (k, place) => {
-        const { origin, turn } = flight.poseOf(limit.frame, { k, part: 0 });
-        return rotate(conjugate(turn), minus(place, origin));
-      };
-      const pointing = (k, axis) => rotate(compose(conjugate(flight.poseOf(limit.frame, { k, part: 0 }).turn), flight.attitude(body, { k, part: 0 })), axis);
-      const bound = (value) => ({ label: "limit", values: this.each(() => value), color: "#d00", dashed: true });
-      if (limit.kind === "keep_out_cone") {
-        const values = this.each((k) => angle(pointing(k, limit.axis), limit.direction));
-        const curves = [{ label: "angle", values, color: INK }, bound(degrees * limit.half_angle)];
-        plots.add(host, { title: "Angle between the axis and the keep-out direction, at least the limit", unit: "°", time, curves });
-      } else if (limit.kind === "corridor") {
-        const values = this.each((k) => angle(minus(seen(k, nth(body.position, k)), limit.apex), limit.axis));
-        const curves = [{ label: "angle", values, color: INK }, bound(degrees * limit.half_angle)];
-        plots.add(host, { title: "Angle from the axis of the corridor, seen from its apex, at most the limit", unit: "°", time, curves });
-      } else if (limit.kind === "keep_out_sphere") {
-        const values = this.each((k) => norm(minus(seen(k, nth(body.position, k)), limit.center)));
-        const curves = [{ label: "distance", values, color: INK }, bound(limit.radius)];
-        plots.add(host, { title: "Distance to the center of the keep-out sphere, at least the limit", unit: "m", time, curves });
-      }
+    for (const { plot, soft } of flight.maneuver.limits) {
+      if (!plot) continue;
+      const bound = { label: boundName(soft), values: this.each(() => plot.bound), color: "#d00", dashed: true };
+      const curves = [{ label: "value", values: plot.values, color: INK }, bound];
+      const title = `${plot.title}, ${plot.least ? "at least" : "at most"} the ${boundName(soft)}`;
+      plots.add(host, { title, unit: plot.unit || "1", time: flight.time, curves });
     }
   }
 
@@ -237,6 +219,11 @@ class Panels {
       }
     }
   }
+}
+
+/** A violation of a soft limit has a price. */
+function boundName(soft) {
+  return soft ? "soft limit" : "limit";
 }
 
 /** Indices of the angles (°) before which they go round. */

@@ -153,12 +153,21 @@ function cone(apex, axis, halfAngle, side, color) {
   return group;
 }
 
-function keepOutSphere(center, radius) {
+function translucentEllipsoid({ center, axes, semi_axes }, color) {
   const group = new Group();
-  const material = new MeshBasicMaterial({ color: COLORS.forbidden, transparent: true, opacity: 0.25, depthWrite: false });
-  group.add(new Mesh(new SphereGeometry(radius, 40, 28), material), graticule(radius, COLORS.forbidden, 0.45));
+  const material = new MeshBasicMaterial({ color: color, transparent: true, opacity: 0.25, depthWrite: false });
+  group.add(new Mesh(new SphereGeometry(1, 40, 28), material), graticule(1, color, 0.45));
+  group.scale.copy(toVector(semi_axes));
+  group.quaternion.copy(toQuaternion(axes));
   group.position.copy(toVector(center));
   return group;
+}
+
+/** A small ball at a point. */
+function spot(place, radius, color) {
+  const ball = new Mesh(new SphereGeometry(radius, 16, 12), new MeshBasicMaterial({ color }));
+  ball.position.copy(toVector(place));
+  return ball;
 }
 
 /** Parallels and meridians about z. */

@@ -50,7 +50,7 @@ pub use moving::{InFrame, Moving};
 pub use plume::Plume;
 pub use rate::AngularRate;
 pub(in crate::problem) use set::command_limits;
-pub(crate) use set::{InequalitySet, StateInequality};
+pub(crate) use set::{InequalitySet, PositionCost, StateInequality};
 pub use speed::Speed;
 pub use sphere::KeepOutSphere;
 

@@ -41,6 +41,10 @@ pub struct Maneuver {
     pub replan: Option<Replan>,
     /// True if the flight applies feedback along the plan.
     pub feedback: bool,
+    /// The least distance between the planned bodies, if there are several.
+    pub separation: Option<f64>,
+    /// The parts of other bodies that are planned together with this one; they have no companions of their own.
+    pub companions: Vec<Maneuver>,
 }
 
 /// A free duration, optimized with the plan as a whole number of the run's steps.
@@ -154,6 +158,11 @@ impl Commands {
 }
 
 impl Maneuver {
+    /// Returns the part of each planned body: this one, then its companions.
+    pub fn planned(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.companions)
+    }
+
     /// Returns what the commands are.
     pub fn commands(&self) -> Commands {
         match self.actuator_limit {
@@ -196,6 +205,23 @@ impl Scene {
         self.transfer_from(initial, steps as usize)
     }
 
+    /// Returns the optimal control problems of all planned bodies, which are planned together, or `None` without a maneuver.
+    pub fn transfers(&self) -> Option<Result<Vec<Transfer>, TransferError>> {
+        let planned = self.maneuver.as_ref()?.planned();
+        let transfers = planned.map(|maneuver| {
+            let initial = self.bodies[maneuver.body].state;
+            self.transfer_of(maneuver, initial, self.steps as usize)
+        });
+        Some(transfers.collect())
+    }
+
+    /// Returns the name of a planned body, which is counted as [`Maneuver::planned`] does.
+    pub fn planned_name(&self, planned: usize) -> &str {
+        let mut all = self.maneuver.iter().flat_map(Maneuver::planned);
+        all.nth(planned)
+            .map_or("", |maneuver| &self.bodies[maneuver.body].name)
+    }
+
     /// Returns the optimal control problem of the rest of a maneuver, from `initial` in `intervals` steps of the run,
     /// or `None` without a maneuver.
     pub fn transfer_from(
@@ -204,6 +230,15 @@ impl Scene {
         intervals: usize,
     ) -> Option<Result<Transfer, TransferError>> {
         let maneuver = self.maneuver.as_ref()?;
+        Some(self.transfer_of(maneuver, initial, intervals))
+    }
+
+    fn transfer_of(
+        &self,
+        maneuver: &Maneuver,
+        initial: BodyState,
+        intervals: usize,
+    ) -> Result<Transfer, TransferError> {
         // The rest of the run: constraints that change with time are those of then.
         let start = self.h() * self.steps.saturating_sub(intervals as u64) as f64;
         let all = maneuver.constraints.iter();
@@ -218,7 +253,7 @@ impl Scene {
             maneuver.target.clone(),
             maneuver.actuation.clone(),
         );
-        Some(transfer.map(|transfer| {
+        transfer.map(|transfer| {
             let transfer = transfer
                 .with_dynamics(maneuver.dynamics)
                 .with_motion(maneuver.motion)
@@ -227,14 +262,15 @@ impl Scene {
                 Some(chances) => transfer.with_chances(chances),
                 None => transfer,
             }
-        }))
+        })
     }
 
     /// Returns a warning if the flight uses other steps than the plan, or thrusters with pulses and delays. The
     /// maneuver then misses its target by the difference. A processed plan is meant for other steps and gives no warning.
     pub fn flown_otherwise(&self, scheme: Scheme) -> Option<String> {
         let maneuver = self.maneuver.as_ref()?;
-        let pulsed = (maneuver.by_thrusters() && self.has_pulses(maneuver.body)).then(|| {
+        let pulsed = |one: &Maneuver| one.by_thrusters() && self.has_pulses(one.body);
+        let pulsed = maneuver.planned().any(pulsed).then(|| {
             "the plan neglects the pulses and delays of the thrusters: it will miss its target"
                 .into()
         });

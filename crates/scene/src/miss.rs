@@ -15,6 +15,14 @@ impl Scene {
         self.miss_of(nominal, end)
     }
 
+    /// Returns the terminal errors of all planned bodies in the `states` of all bodies, in the order of
+    /// [`Maneuver::planned`](crate::Maneuver::planned).
+    pub fn misses(&self, states: &[BodyState]) -> Vec<SVector<f64, 12>> {
+        let planned = self.maneuver.iter().flat_map(crate::Maneuver::planned);
+        let misses = planned.map(|maneuver| maneuver.target.miss(&states[maneuver.body]));
+        misses.collect()
+    }
+
     /// Returns [`Scene::miss`] for a body that replaces the planned one: its momenta are compared with those that it
     /// would have at the target's velocities.
     pub fn miss_of(&self, body: &RigidBody, end: &BodyState) -> Option<SVector<f64, 12>> {

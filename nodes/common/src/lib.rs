@@ -18,7 +18,9 @@ pub use convert::{
     header, pose,
 };
 #[cfg(feature = "node")]
-pub use event::{CommandTimeouts, Docked, Event, FlightReport, Miss, PlanReport, ReplanReport};
+pub use event::{
+    Arrival, CommandTimeouts, Docked, Event, FlightReport, Miss, PlanReport, ReplanReport,
+};
 #[cfg(feature = "node")]
 pub use frame_prefix::FramePrefix;
 #[cfg(feature = "node")]

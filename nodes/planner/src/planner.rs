@@ -198,6 +198,8 @@ impl Planner {
             Update::Ended(ended) => {
                 if let Ok(solved) = &*ended {
                     current.last.settle(&solved.plan);
+                    let companions = solved.companions.iter();
+                    companions.for_each(|plan| current.last.join(plan));
                 }
                 self.monitor
                     .note(&current.last, current.began.elapsed(), ended.is_ok());
@@ -243,10 +245,14 @@ impl Planner {
         self.outlet.progress(message);
     }
 
-    fn publish(&mut self, first_step: u64, plan: Plan) -> Result<Sequence, NodeError> {
-        let sequence = Sequence::new(&self.maneuver, first_step, plan);
-        self.outlet
-            .plan(&self.scene, self.maneuver.body, &sequence)?;
+    fn publish(
+        &mut self,
+        first_step: u64,
+        plan: Plan,
+        companions: Vec<Plan>,
+    ) -> Result<Sequence, NodeError> {
+        let sequence = Sequence::together(&self.maneuver, first_step, plan, companions);
+        self.outlet.plan(&self.scene, &sequence)?;
         // As the propagator does: the later one takes the place of those that would begin after it.
         self.sequences
             .retain(|earlier| earlier.first_step < first_step);
@@ -278,8 +284,8 @@ impl Planner {
         current: &Current,
         ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
-        let plan = match ended {
-            Ok(solved) => solved.plan,
+        let solved = match ended {
+            Ok(solved) => solved,
             Err(Unsolved {
                 reason, message, ..
             }) => {
@@ -294,14 +300,19 @@ impl Planner {
             }
         };
         let seconds = current.began.elapsed().as_secs_f64();
-        let sequence = self.publish(current.first_step, plan)?;
+        let sequence = self.publish(current.first_step, solved.plan, solved.companions)?;
         // The flight has begun: where it waits for no plan, acknowledgments are waited for when it is over.
         if self.replanner.is_none() || self.in_lockstep() {
             self.account(PATIENCE);
         }
-        let controls = &sequence.plan.controls;
-        if let Some(warning) = self.scene.coarse_steps(self.scheme, controls) {
-            Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);
+        for (one, maneuver) in sequence.all().zip(self.maneuver.planned()) {
+            let alone = Scene {
+                maneuver: Some(maneuver.clone()),
+                ..(*self.scene).clone()
+            };
+            if let Some(warning) = alone.coarse_steps(self.scheme, &one.plan.controls) {
+                Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);
+            }
         }
         let Iteration {
             iteration,

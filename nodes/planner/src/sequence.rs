@@ -22,6 +22,10 @@ pub(crate) struct Sequence {
     pub(crate) commands: Commands,
     /// The number of thrusters or wheels that it commands; 0 if it commands force and moment.
     actuators: usize,
+    /// Index of the body.
+    pub(crate) body: usize,
+    /// Those of the companions, which have none of their own.
+    pub(crate) companions: Vec<Self>,
 }
 
 impl Sequence {
@@ -36,7 +40,29 @@ impl Sequence {
                 Commands::Thrusters | Commands::Wheels => maneuver.actuation.commands(),
             },
             plan: Arc::new(plan),
+            body: maneuver.body,
+            companions: Vec::new(),
         }
+    }
+
+    /// The sequence of a maneuver with those of its companions.
+    pub(crate) fn together(
+        maneuver: &Maneuver,
+        first_step: u64,
+        plan: Plan,
+        companions: Vec<Plan>,
+    ) -> Self {
+        let others = maneuver.companions.iter().zip(companions);
+        let others = others.map(|(other, plan)| Self::new(other, first_step, plan));
+        Self {
+            companions: others.collect(),
+            ..Self::new(maneuver, first_step, plan)
+        }
+    }
+
+    /// The sequences of all bodies.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.companions)
     }
 
     /// The step at which it arrives.

@@ -88,7 +88,7 @@ pub fn solve_together(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Formation, FormationError> {
-    check(transfers, separation)?;
+    check_together(transfers, separation)?;
     let mut order: Vec<usize> = (0..transfers.len()).collect();
     let compliances: Vec<_> = transfers.iter().map(compliance).collect();
     order.sort_by(|a, b| compliances[*a].total_cmp(&compliances[*b]));
@@ -119,7 +119,12 @@ pub fn solve_together(
     bodies.settle()
 }
 
-fn check(transfers: &[Transfer], separation: f64) -> Result<(), FormationError> {
+/// Checks that transfers can be planned together: that there are two or more with the same steps, that each moves its body at a
+/// quadratic cost, and that all keep apart at their starts and, where the targets fix them, at their ends.
+///
+/// # Errors
+/// Returns an error that says what does not fit.
+pub fn check_together(transfers: &[Transfer], separation: f64) -> Result<(), FormationError> {
     if transfers.len() < 2 {
         return Err(FormationError::Few(transfers.len()));
     }
@@ -263,14 +268,6 @@ impl Bodies<'_> {
             let rough = since >= PATIENCE && least <= ROUGH;
             if let Some(formation) = held.take_if(|_| !missed && (change <= SETTLED || rough)) {
                 return Ok(formation);
-            }
-            if std::env::var("TRACE").is_ok() {
-                println!(
-                    "  {rounds} {change:.2e} cost {} near {:?} d {:?}",
-                    self.plans.iter().map(Plan::total_cost).sum::<f64>(),
-                    self.near,
-                    self.formation(0, 0.0).agreement.distance
-                );
             }
             if change > STRAY * least {
                 mixing.forget();

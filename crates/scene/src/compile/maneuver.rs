@@ -2,12 +2,14 @@ mod actuation;
 mod actuators;
 mod chances;
 mod constraints;
+mod formation;
 mod options;
 mod prediction;
 mod target;
 
 pub(super) use chances::chances;
 pub(crate) use constraints::ConstraintFile;
+pub(super) use formation::check_formation;
 
 use lgvi_control::{Dynamics, Motion, Transfer};
 use lgvi_dynamics::integrator::Rotor;
@@ -23,8 +25,14 @@ use prediction::Predictions;
 /// Largest number of steps of a maneuver: the planner keeps all of them in memory, and one message holds the sequence.
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
 
-/// Compiles the maneuver of a scene that has none yet.
+/// Compiles the maneuver of a scene that has none yet, with its companions.
 pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, SceneError> {
+    let alone = of_body(scene, file)?;
+    formation::joined(scene, alone, file)
+}
+
+/// Compiles the part of one body.
+fn of_body(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, SceneError> {
     let body = scene.body_index(&file.body).ok_or_else(|| {
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
         SceneError::unknown("maneuver.body", &file.body, &names)
@@ -76,6 +84,8 @@ pub(super) fn maneuver(scene: &Scene, file: &ManeuverFile) -> Result<Maneuver, S
         search: options::search(file.search.as_ref())?,
         replan: options::replan(scene, file.replan.as_ref())?,
         feedback: file.feedback,
+        separation: None,
+        companions: Vec::new(),
     };
     options::check_combination(scene, &maneuver, file)?;
     Ok(maneuver)

@@ -99,7 +99,7 @@ impl Planner {
         match plan {
             Ok(plan) => {
                 let sufficient = plan.certificate.sufficient;
-                self.publish(first_step, plan)?;
+                self.publish(first_step, plan, Vec::new())?;
                 let seconds = origin.at.elapsed().as_secs_f64();
                 if !sufficient {
                     Warning::new(WarningCode::NotMinimum, NOT_MINIMUM_IN_FLIGHT).tell(&self.events);

@@ -93,9 +93,13 @@ impl Planner {
         let body = self.maneuver.body;
         let sequence = |plan| Sequence::new(&self.maneuver, first_step, plan);
         match ended {
-            Ok(Solved { plan, remark }) => match self.in_time(first_step) {
+            Ok(Solved {
+                plan,
+                companions,
+                remark,
+            }) => match self.in_time(first_step) {
                 Ok(()) => {
-                    let sequence = self.publish(first_step, plan)?;
+                    let sequence = self.publish(first_step, plan, companions)?;
                     goal.succeed(&self.scene, body, &sequence, remark);
                 }
                 Err(why) => {

@@ -67,7 +67,10 @@ pub(super) fn solve(
             let remark =
                 format!("the best duration is {at} steps{bound}: {planned} durations planned");
             info!("{remark}");
-            Ok(Solved { plan, remark })
+            Ok(Solved {
+                remark,
+                ..Solved::alone(plan)
+            })
         }
         (None, Some(unsolved)) => Err(unsolved),
         (None, None) => Err(Unsolved::new(Reason::NotConverged, "no duration was tried")),

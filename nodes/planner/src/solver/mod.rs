@@ -1,6 +1,7 @@
 //! What the worker does: a task in, a plan out, by the method that the scene asks for.
 
 mod duration;
+mod formation;
 mod shooting;
 mod shortest;
 #[cfg(test)]
@@ -146,11 +147,22 @@ pub enum Reason {
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
     pub(crate) plan: Plan,
+    /// Those of the companions, in their order.
+    pub(crate) companions: Vec<Plan>,
     /// Which of several plans it is, how its commands switch, and whether it may be no minimum; empty where none is to be said.
     pub(crate) remark: String,
 }
 
 impl Solved {
+    /// A plan of one body.
+    fn alone(plan: Plan) -> Self {
+        Self {
+            plan,
+            companions: Vec::new(),
+            remark: String::new(),
+        }
+    }
+
     fn add(&mut self, remark: &str) {
         if !self.remark.is_empty() {
             self.remark += "; ";
@@ -191,6 +203,9 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     };
     if maneuver.commands() == Commands::Wheels && task.first_step > 0 {
         return Err(Unsolved::new(Reason::Refused, LATER));
+    }
+    if maneuver.separation.is_some() {
+        return formation::solve(scene, maneuver, task, observe);
     }
     let initial = match &task.initial {
         Initial::State(state) => *state,
@@ -265,9 +280,9 @@ fn attempt(
     }
     let refused = |error: ProcessingError| Unsolved::new(Reason::Refused, error);
     let early = processed(transfer.clone()).map_err(refused)?;
-    let Solved { plan, remark } = by_method(maneuver, &early, None, observe)?;
-    let plan = flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)?;
-    Ok(Solved { plan, remark })
+    let solved = by_method(maneuver, &early, None, observe)?;
+    let plan = flown(&scene.bodies[maneuver.body].body, solved.plan).map_err(refused)?;
+    Ok(Solved { plan, ..solved })
 }
 
 fn by_method(
@@ -285,8 +300,7 @@ fn by_method(
         }
         (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe)?,
     };
-    let remark = String::new();
-    Ok(Solved { plan, remark })
+    Ok(Solved::alone(plan))
 }
 
 /// The cheapest local minimum of a search; the ranking goes to the log.
@@ -310,7 +324,10 @@ fn best(
         info!("{minimum}");
     }
     match (minima.into_iter().next(), ranked.into_iter().next()) {
-        (Some(Minimum { plan, .. }), Some(remark)) => Ok(Solved { plan, remark }),
+        (Some(Minimum { plan, .. }), Some(remark)) => Ok(Solved {
+            remark,
+            ..Solved::alone(plan)
+        }),
         _ => {
             let message = "no start leads to a minimum";
             Err(Unsolved::new(Reason::NotConverged, message))
@@ -356,6 +373,17 @@ impl Iteration {
         self.stationarity = plan.certificate.stationarity;
         self.condition = plan.certificate.condition;
         self.sufficient = plan.certificate.sufficient;
+    }
+
+    /// Adds what the plan of a companion says of itself: the sum of the costs, the worst of everything else.
+    pub(crate) fn join(&mut self, plan: &Plan) {
+        let mut other = *self;
+        other.settle(plan);
+        self.cost += other.cost;
+        self.violation = self.violation.max(other.violation);
+        self.stationarity = self.stationarity.max(other.stationarity);
+        self.condition = self.condition.max(other.condition);
+        self.sufficient &= other.sufficient;
     }
 }
 

@@ -67,7 +67,10 @@ pub(super) fn solve(
     }
     let remark = described(steps, min_steps, &minimum);
     info!("{remark}");
-    Ok(Solved { plan, remark })
+    Ok(Solved {
+        remark,
+        ..Solved::alone(plan)
+    })
 }
 
 /// The plan of the shortest time, whatever number of steps of the run it is.
@@ -205,7 +208,7 @@ mod tests {
     }
 
     fn steps(edits: &[(&str, &str)]) -> (usize, String) {
-        let Solved { plan, remark } = planned(edits).unwrap();
+        let Solved { plan, remark, .. } = planned(edits).unwrap();
         (plan.controls.len(), remark)
     }
 
@@ -233,7 +236,7 @@ mod tests {
         let text = include_str!("../../../../scenes/minimum_time_slew.toml");
         let scene = Scene::parse("minimum_time_slew", text).unwrap();
         let task = Task::whole(&scene, scene.maneuver.as_ref().unwrap());
-        let Solved { plan, remark } = solve(&scene, &task, &mut |_| true).unwrap();
+        let Solved { plan, remark, .. } = solve(&scene, &task, &mut |_| true).unwrap();
         assert_eq!(plan.controls.len(), 100, "{remark}");
         let inner = plan
             .controls

@@ -87,7 +87,7 @@ fn a_search_returns_the_cheapest_minimum() {
     let plain = solved(&scene("", "\"lie_euler\""));
     assert_eq!(plain.remark, "");
     let keys = "search = { starts = 12, seed = 1 }";
-    let Solved { plan, remark } = solved(&scene(keys, "\"lie_euler\""));
+    let Solved { plan, remark, .. } = solved(&scene(keys, "\"lie_euler\""));
     let (searched, plain) = (plan.cost, plain.plan.cost);
     assert!(searched < plain * (1.0 - 1e-3), "{searched} and {plain}");
     assert!(

@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use lgvi_control::constraint::{ComponentLimit, Corridor, InFrame, NormLimit};
 use lgvi_control::{Constraint, Place};
-use lgvi_scene::Frame;
+use lgvi_scene::{Frame, Maneuver};
 use nalgebra::Vector3;
 
 use super::data::FlightData;
@@ -14,10 +14,13 @@ const POINTS: u32 = 96;
 
 /// The constraints of a flight's maneuver that are a `T`, in their frames.
 pub(super) fn all<T: 'static>(flight: &FlightData) -> impl Iterator<Item = InFrame<'_, T>> {
-    let maneuver = flight.scene.maneuver.iter();
-    maneuver
-        .flat_map(|maneuver| &maneuver.constraints)
-        .filter_map(Constraint::in_frame)
+    let planned = flight.scene.maneuver.iter().flat_map(Maneuver::planned);
+    planned.flat_map(of)
+}
+
+/// Those of one planned body.
+pub(super) fn of<T: 'static>(planned: &Maneuver) -> impl Iterator<Item = InFrame<'_, T>> {
+    planned.constraints.iter().filter_map(Constraint::in_frame)
 }
 
 /// The name of a kind of constraint in a legend. What moves is drawn where it is at the end.

@@ -4,6 +4,7 @@ use lgvi_control::Place;
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere};
 use lgvi_dynamics::Load;
 use lgvi_lie::to_quaternion;
+use lgvi_scene::Maneuver;
 use nalgebra::{Vector3, Vector4};
 use plotters::style::RGBColor;
 
@@ -196,18 +197,54 @@ fn margins(flight: &FlightData) -> Vec<Panel> {
     let Some(maneuver) = &flight.scene.maneuver else {
         return Vec::new();
     };
+    let separation = maneuver.separation;
+    let apart = separation.map(|separation| pairs(flight, maneuver, separation));
+    let each = maneuver.planned().flat_map(|planned| {
+        let of = match separation {
+            Some(_) => format!(", {}", flight.scene.bodies[planned.body].name),
+            None => String::new(),
+        };
+        margins_of(flight, planned, &of)
+    });
+    apart.into_iter().chain(each).collect()
+}
+
+/// The distances between bodies that are planned together.
+fn pairs(flight: &FlightData, maneuver: &Maneuver, separation: f64) -> Panel {
+    let planned: Vec<_> = maneuver.planned().map(|planned| planned.body).collect();
+    let pairs = (0..planned.len()).flat_map(|one| (0..one).map(move |other| [other, one]));
+    let curves = pairs.zip(style::BODIES.iter().cycle()).map(|(pair, color)| {
+        let bodies = pair.map(|place| planned[place]);
+        let [one, other] = bodies.map(|body| &flight.scene.bodies[body].name);
+        Curve {
+            label: format!("{one}, {other}"),
+            color: *color,
+            points: over_time(flight, |sample| {
+                let [one, other] = bodies.map(|body| sample.bodies[body].position);
+                (one - other).norm()
+            }),
+        }
+    });
+    Panel {
+        limits: vec![separation * flight.scene.units.length],
+        ..Panel::new("Distance between planned bodies", "m", curves.collect())
+    }
+}
+
+/// The margins of one planned body, with this end of their titles.
+fn margins_of(flight: &FlightData, planned: &Maneuver, of: &str) -> Vec<Panel> {
     let length = flight.scene.units.length;
     let panel = |title: &str, unit, limit, value: &dyn Fn(&Pose, f64) -> f64| {
         let curve = plain(over_time(flight, |sample| {
             let time = flight.scene.h() * sample.step as f64;
-            value(&sample.bodies[maneuver.body], time)
+            value(&sample.bodies[planned.body], time)
         }));
         Panel {
             limits: vec![limit],
-            ..Panel::new(title, unit, vec![curve])
+            ..Panel::new(format!("{title}{of}"), unit, vec![curve])
         }
     };
-    let cones = limits::all::<KeepOutCone>(flight).map(|framed| {
+    let cones = limits::of::<KeepOutCone>(planned).map(|framed| {
         let cone = framed.constraint;
         let title = "Angle from the axis of the keep-out cone";
         panel(
@@ -220,7 +257,7 @@ fn margins(flight: &FlightData) -> Vec<Panel> {
             },
         )
     });
-    let corridors = limits::all::<Corridor>(flight).map(|framed| {
+    let corridors = limits::of::<Corridor>(planned).map(|framed| {
         let corridor = framed.constraint;
         let title = "Angle from the axis of the corridor";
         let limit = corridor.half_angle().to_degrees();
@@ -229,7 +266,7 @@ fn margins(flight: &FlightData) -> Vec<Panel> {
             angle(&(position - corridor.apex()), &corridor.axis())
         })
     });
-    let spheres = limits::all::<KeepOutSphere>(flight).map(|framed| {
+    let spheres = limits::of::<KeepOutSphere>(planned).map(|framed| {
         let sphere = framed.constraint;
         let title = "Distance from the center of the keep-out sphere";
         panel(title, "m", sphere.radius() * length, &|pose, time| {

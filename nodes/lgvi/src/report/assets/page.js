@@ -169,14 +169,14 @@ function fillLegend(list, flight, listed, view) {
   };
   for (const body of flight.bodies) if (listed.has(body.index)) add(bodyColor(body.index), body.name);
   if (flight.bodies.length > listed.size) add(COLORS.other, "other bodies", "area");
-  const { maneuver, scenery } = flight;
+  const { maneuver, planned, scenery } = flight;
   const { force, moment } = view.largest;
   if (force > 0) add(COLORS.force, `control force, up to ${short(force, 3)} N`);
   if (moment > 0) add(COLORS.moment, `control moment, up to ${short(moment, 3)} N m`);
   if (maneuver?.initial_orbit) add(COLORS.initial, "initial orbit");
   if (maneuver?.target_orbit) add(COLORS.target, "target orbit", "dashed");
   if (maneuver?.position || maneuver?.attitude || maneuver?.spin_direction) add(COLORS.target, "target", "area");
-  const kinds = new Set(maneuver?.limits.map((limit) => limit.kind) ?? []);
+  const kinds = new Set(planned.flatMap(({ limits }) => limits.map((limit) => limit.kind)));
   if (kinds.has("keep_out_cone")) add(COLORS.forbidden, "keep-out cone; white: the axis that keeps clear of it", "area");
   if (kinds.has("keep_out_sphere")) add(COLORS.forbidden, "keep-out sphere", "area");
   if (kinds.has("corridor")) add(COLORS.corridor, "corridor", "area");

@@ -73,7 +73,8 @@ class Panels {
     const host = this.sections.body;
     plots.clear(host);
     const body = flight.bodies[this.body];
-    if (flight.maneuver?.body === this.body) this.showLimits(host, body);
+    const planned = flight.planned.find((planned) => planned.body === this.body);
+    if (planned) this.showLimits(host, body, planned);
     this.showControls(host);
     this.showAttitude(host, body);
     const rates = this.each((k) => flight.angularVelocity(body, k));
@@ -125,7 +126,7 @@ class Panels {
       const vectors = Array.from({ length: count + 1 }, (_, k) => nth(controls[kind], Math.min(k, count - 1)));
       if (!(most(vectors.map(norm)) > 1e-12 * flight.largest(kind))) continue;
       const curves = COMPONENTS.map((label, i) => ({ label, values: vectors.map((vector) => vector[i]) }));
-      const limits = flight.maneuver?.body === this.body ? flight.maneuver.limits.filter((limit) => limit.of === kind) : [];
+      const limits = planned?.limits.filter((limit) => limit.of === kind) ?? [];
       const constant = (label, value) => curves.push({ label, values: vectors.map(() => value), color: "#d00", dashed: true });
       for (const limit of limits) {
         if (limit.kind === "norm" && limit.limit !== null) {
@@ -148,12 +149,12 @@ class Panels {
   }
 
   /** How near the body comes to what it keeps clear of. */
-  showLimits(host, body) {
+  showLimits(host, body, planned) {
     const { flight, plots } = this;
     const degrees = 180 / Math.PI;
     const angle = (a, b) => degrees * Math.atan2(norm(cross(a, b)), dot(a, b));
     const { time } = flight;
-    for (const limit of flight.maneuver.limits) {
+    for (const limit of planned.limits) {
       // In the frame of the limit.
       const seen = (k, place) => {
         const { origin, turn } = flight.poseOf(limit.frame, { k, part: 0 });

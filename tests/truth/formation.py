@@ -77,7 +77,7 @@ def solve(case, rng):
     w = ca.vertcat(*unknowns)
     scale = case["scale"]
     problem = {"x": w, "f": cost / scale, "g": ca.vertcat(equal, *apart)}
-    options = {"ipopt.print_level": 0, "print_time": 0, "ipopt.tol": 1e-10, "ipopt.constr_viol_tol": 1e-10, "ipopt.max_iter": 2000}
+    options = {"ipopt.print_level": 0, "ipopt.sb": "yes", "print_time": 0, "ipopt.tol": 1e-10, "ipopt.constr_viol_tol": 1e-10, "ipopt.max_iter": 2000}
     solver = ca.nlpsol("s", "ipopt", problem, options)
     lower = np.concatenate([np.zeros(equal.shape[0]), np.ones(len(apart))])
     upper = np.concatenate([np.zeros(equal.shape[0]), np.full(len(apart), np.inf)])

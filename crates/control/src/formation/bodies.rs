@@ -4,25 +4,34 @@ use nalgebra::Vector3;
 
 use super::error::FormationError;
 use super::mixing::{Mixing, minus, norm};
-use super::separation::{Approach, Path, Separation};
+use super::near::Near;
+use super::separation::{Distances, Path, Separation};
 use super::{Agreement, Formation, sides};
 use crate::problem::PositionCost;
 use crate::{Plan, PlanError, Start, Transfer};
 
 /// Change of the prices, relative to them, at which they have settled.
 const SETTLED: f64 = 1e-6;
-/// The same of prices that do not settle further, because margins between the ends of steps change with the paths.
+/// The same of prices that do not settle further: constraints of a body between the ends of steps are no smooth function of them.
 const ROUGH: f64 = 1e-3;
-/// Maximum number of rounds.
-const ROUNDS: u32 = 150;
+/// The change of prices up to which plans are accepted after the last round.
+const COARSE: f64 = 1e-2;
+/// Maximum number of rounds with the same margins.
+const ROUNDS: u32 = 300;
 /// Number of rounds without a better agreement after which prices do not settle further.
-const PATIENCE: u32 = 12;
-/// Distance, in parts of the separation, up to which two bodies count as near.
-const NEAR: f64 = 2.0;
-/// Growth of the residual after which earlier rounds are forgotten.
+const PATIENCE: u32 = 8;
+/// The part of the residual that is added to the prices.
+const DAMPING: f64 = 0.5;
+/// Growth of the residual after which the iteration goes on from the best prices, and the factor of the damping there.
 const STRAY: f64 = 4.0;
+const SHORTER: f64 = 0.7;
 /// Number of times that a step of the prices is halved because a body has no plan.
 const HALVINGS: u32 = 4;
+/// Maximum number of times that margins are adjusted, and of the first of them, in which they are secants as they are.
+const MARGINS: u32 = 24;
+const CALM: u32 = 4;
+/// Factor by which margins are adjusted more after that, so that they end.
+const HURRY: f64 = 2.0;
 
 /// The solver of a transfer.
 pub(super) type Solve<'s> = Box<dyn FnMut(&Transfer, Start<'_>) -> Result<Plan, PlanError> + 's>;
@@ -36,8 +45,8 @@ pub(super) struct Bodies<'s> {
     pub(super) solve: Solve<'s>,
     pub(super) plans: Vec<Plan>,
     pub(super) paths: Vec<Path>,
-    /// Pairs of places in the order that have an inequality.
-    pub(super) near: Vec<[usize; 2]>,
+    /// Pairs that have an inequality.
+    pub(super) near: Vec<Near>,
 }
 
 /// What a round has led to.
@@ -49,7 +58,7 @@ pub(super) struct Round {
 }
 
 impl Bodies<'_> {
-    fn intervals(&self) -> usize {
+    pub(super) fn intervals(&self) -> usize {
         self.transfers[0].intervals
     }
 
@@ -64,50 +73,75 @@ impl Bodies<'_> {
         Ok(())
     }
 
+    /// Plans that keep apart along whole steps, where the prices have settled.
     pub(super) fn settle(&mut self) -> Result<Formation, FormationError> {
         let count = 3 * self.intervals() * self.transfers.len();
         let mut prices = vec![0.0; count];
-        let mut mixing = Mixing::default();
-        // The prices of the best round and their relative change.
-        let mut best = None::<(Vec<f64>, f64)>;
-        let mut held = None::<Formation>;
-        let mut since = 0;
-        for rounds in 1..=ROUNDS {
-            if self.grow() {
-                mixing.forget();
-                (best, held) = (None, None);
+        let mut rounds = 0;
+        for adjusted in 0..=MARGINS {
+            let change = self.agree(&mut prices, &mut rounds)?;
+            let hurry = if adjusted < CALM { 1.0 } else { HURRY };
+            if !self.adjust(hurry) {
+                return Ok(self.formation(rounds, change));
             }
-            let round = self.tried(&mut prices, best.as_ref().map(|(prices, _)| prices))?;
-            let residual = minus(&round.prices, &prices);
-            let size = norm(&round.prices).max(norm(&prices));
+        }
+        Err(self.too_near())
+    }
+
+    /// Rounds with the same margins until the prices have settled. Returns by how much they still change, relative to them.
+    fn agree(&mut self, prices: &mut Vec<f64>, rounds: &mut u32) -> Result<f64, FormationError> {
+        let mut damping = DAMPING;
+        let mut mixing = Mixing::new(damping);
+        // The best prices, their round, their residual, and their relative change.
+        let mut best = None::<(Vec<f64>, Round, Vec<f64>, f64)>;
+        let mut since = 0;
+        for _ in 0..ROUNDS {
+            if self.grow() {
+                mixing.forget(damping);
+                best = None;
+            }
+            *rounds += 1;
+            let round = self.tried(prices, best.as_ref().map(|(prices, ..)| prices))?;
+            let residual = minus(&round.prices, prices);
+            let size = norm(&round.prices).max(norm(prices));
             let change = match size > 0.0 {
                 true => norm(&residual) / size,
                 false => 0.0,
             };
-            (self.plans, self.paths) = (round.plans, round.paths);
-            let missed = self.unseen();
-            let least = best.as_ref().map_or(f64::INFINITY, |(_, least)| *least);
+            self.plans.clone_from(&round.plans);
+            self.paths.clone_from(&round.paths);
+            let least = best.as_ref().map_or(f64::INFINITY, |(.., least)| *least);
             since += 1;
-            if change < least && !missed {
+            if change < least {
                 since = 0;
-                held = Some(self.formation(rounds, change));
-                best = Some((prices.clone(), change));
+                best = Some((prices.clone(), round, residual.clone(), change));
             }
-            let rough = since >= PATIENCE && least <= ROUGH;
-            if let Some(formation) = held.take_if(|_| !missed && (change <= SETTLED || rough)) {
-                return Ok(formation);
+            let settled = change <= SETTLED || since >= PATIENCE && least <= ROUGH;
+            if settled && !self.is_unseen() {
+                break;
             }
-            if change > STRAY * least {
-                mixing.forget();
-            }
-            prices = mixing.next(&prices, &residual);
+            *prices = match &best {
+                Some((from, round, residual, least)) if change > STRAY * least => {
+                    // From there anew, but not the same way.
+                    damping *= SHORTER;
+                    mixing.forget(damping);
+                    self.plans.clone_from(&round.plans);
+                    self.paths.clone_from(&round.paths);
+                    mixing.next(from, residual)
+                }
+                _ => mixing.next(prices, &residual),
+            };
         }
-        match (held, best) {
-            (Some(formation), Some((_, least))) if least <= ROUGH => Ok(formation),
-            (_, best) => Err(FormationError::Unsettled {
-                rounds: ROUNDS,
-                change: best.map_or(f64::INFINITY, |(_, least)| least),
-                tolerance: ROUGH,
+        match best {
+            Some((least, round, _, change)) if change <= COARSE => {
+                *prices = least;
+                (self.plans, self.paths) = (round.plans, round.paths);
+                Ok(change)
+            }
+            best => Err(FormationError::Unsettled {
+                rounds: *rounds,
+                change: best.map_or(f64::INFINITY, |(.., change)| change),
+                tolerance: COARSE,
             }),
         }
     }
@@ -143,9 +177,11 @@ impl Bodies<'_> {
         };
         for place in 0..self.order.len() {
             let body = self.order[place];
-            let pairs = self.near.iter().filter(|pair| pair[1] == place);
-            let others: Vec<_> = pairs.map(|pair| self.order[pair[0]]).collect();
-            let transfer = self.beside(body, &others, &round.paths, prices)?;
+            let near = self.near.iter().filter(|near| near.places[1] == place);
+            let near: Vec<_> = near.cloned().collect();
+            let other = |near: &Near| self.order[near.places[0]];
+            let others: Vec<_> = near.iter().map(other).collect();
+            let transfer = self.beside(body, &near, &round.paths, prices)?;
             let first = !others.is_empty()
                 && self.plans[body].sweep.multipliers().len() < transfer.inequalities.state.len();
             let plan = match first {
@@ -160,7 +196,7 @@ impl Bodies<'_> {
                 .sum::<f64>();
             round.paths[body] = Path::of(&self.transfers[body], &plan);
             round.plans[body] = plan;
-            self.charge(body, &others, &mut round);
+            self.charge(body, &near, &mut round);
         }
         Ok(round)
     }
@@ -169,17 +205,18 @@ impl Bodies<'_> {
     fn beside(
         &self,
         body: usize,
-        others: &[usize],
+        near: &[Near],
         paths: &[Path],
         prices: &[f64],
     ) -> Result<Transfer, FormationError> {
         let mut transfer = self.transfers[body].clone();
         let set = &mut transfer.inequalities;
         let index = set.next_index();
-        for (number, other) in others.iter().enumerate() {
-            let apart = Separation::new(&paths[*other], self.separation);
+        for (number, near) in near.iter().enumerate() {
+            let path = &paths[self.order[near.places[0]]];
+            let apart = Separation::new(transfer.h, path, &near.radii(self.separation));
             let apart = apart.map_err(|_| FormationError::Separation(self.separation))?;
-            set.add(index + number, Arc::new(apart));
+            set.add_at_ends(index + number, Arc::new(apart));
         }
         let all = 3 * self.intervals();
         let own = &prices[body * all..(body + 1) * all];
@@ -207,7 +244,7 @@ impl Bodies<'_> {
         let path = &self.paths[body];
         let nearest = others.iter().map(|other| {
             let other = &paths[*other];
-            (Approach::of([path, other]), other)
+            (Distances([path, other]).nearest(), other)
         });
         let nearest = nearest.min_by(|a, b| a.0.distance.total_cmp(&b.0.distance));
         let mut starts = vec![own.clone()];
@@ -240,50 +277,23 @@ impl Bodies<'_> {
         best.unwrap_or(Err(PlanError::Stopped { best: None }))
     }
 
-    /// Adds the prices that the plan of an owner puts on the paths of others: `f = y ∂g/∂x_j = y (x_i − x_j)/d²`.
-    pub(super) fn charge(&self, body: usize, others: &[usize], round: &mut Round) {
+    /// Adds the prices that the plan of an owner puts on the paths of others: `f = y ∂g/∂x_j = y (x_i − x_j)/R²`.
+    pub(super) fn charge(&self, body: usize, near: &[Near], round: &mut Round) {
         let all = 3 * self.intervals();
         let multipliers = round.plans[body].sweep.multipliers();
-        let own = multipliers.len() - others.len();
-        for (other, row) in others.iter().zip(&multipliers[own..]) {
-            let ends = round.paths[body]
-                .ends
-                .iter()
-                .zip(&*round.paths[*other].ends);
+        let own = multipliers.len() - near.len();
+        for (near, row) in near.iter().zip(&multipliers[own..]) {
+            let other = self.order[near.places[0]];
+            let ends = round.paths[body].ends.iter().zip(&*round.paths[other].ends);
+            let ends = ends.zip(near.radii(self.separation)).skip(1);
             let prices = round.prices[other * all..].chunks_exact_mut(3);
-            for ((price, (x, other)), y) in prices.zip(ends.skip(1)).zip(row) {
-                let force = (y / self.separation.powi(2)) * (x - other);
+            for ((price, ((x, other), radius)), y) in prices.zip(ends).zip(row) {
+                let force = (y / radius.powi(2)) * (x - other);
                 for (price, force) in price.iter_mut().zip(&force) {
                     *price += force;
                 }
             }
         }
-    }
-
-    /// Gives the pairs that come near to each other an inequality; whether there are any new ones.
-    fn grow(&mut self) -> bool {
-        let before = self.near.len();
-        for place in 0..self.order.len() {
-            for other in 0..place {
-                let pair = [other, place];
-                if !self.near.contains(&pair) && self.distance(pair) < NEAR * self.separation {
-                    self.near.push(pair);
-                }
-            }
-        }
-        self.near.sort_unstable();
-        self.near.len() > before
-    }
-
-    /// Whether a pair without an inequality is too near.
-    fn unseen(&self) -> bool {
-        let places = 0..self.order.len();
-        let mut pairs = places.flat_map(|place| (0..place).map(move |other| [other, place]));
-        pairs.any(|pair| !self.near.contains(&pair) && self.distance(pair) < self.separation)
-    }
-
-    fn distance(&self, places: [usize; 2]) -> f64 {
-        Approach::of(places.map(|place| &self.paths[self.order[place]])).distance
     }
 
     fn formation(&self, rounds: u32, price: f64) -> Formation {
@@ -296,7 +306,9 @@ impl Bodies<'_> {
         for body in 0..self.plans.len() {
             for other in 0..body {
                 let pair = [other, body];
-                let distance = Approach::of(pair.map(|body| &self.paths[body])).distance;
+                let distance = Distances(pair.map(|body| &self.paths[body]))
+                    .nearest()
+                    .distance;
                 if distance < agreement.distance {
                     (agreement.distance, agreement.nearest) = (distance, pair);
                 }

@@ -1,24 +1,35 @@
 //! Anderson's acceleration of a fixed-point iteration (1965; type II of Fang and Saad 2009).
 
 /// Number of earlier iterates that are taken into account.
-const MEMORY: usize = 6;
-/// The part of the residual that is added.
-const DAMPING: f64 = 0.5;
+const MEMORY: usize = 12;
 /// Part of a difference that is left when those before are taken out of it, below which it tells nothing new.
 const NEW: f64 = 1e-6;
 
-/// The iteration `f ← F(f)`: without memory `f + ½ (F(f) − f)`.
-#[derive(Debug, Default)]
+/// Length of a step, in multiples of the residual, that is not exceeded.
+const FARTHEST: f64 = 10.0;
+
+/// The iteration `f ← F(f)`: without memory `f + θ (F(f) − f)`.
+#[derive(Debug)]
 pub(super) struct Mixing {
+    /// `θ`
+    damping: f64,
     last: Option<[Vec<f64>; 2]>,
     /// Differences of successive iterates and of their residuals.
     differences: Vec<[Vec<f64>; 2]>,
 }
 
 impl Mixing {
+    pub(super) fn new(damping: f64) -> Self {
+        Self {
+            damping,
+            last: None,
+            differences: Vec::new(),
+        }
+    }
+
     /// The next iterate after `f` with the residual `F(f) − f`.
-    pub(super) fn next(&mut self, f: &[f64], residual: &[f64]) -> Vec<f64> {
-        let now = [f.to_vec(), residual.to_vec()];
+    pub(super) fn next(&mut self, from: &[f64], residual: &[f64]) -> Vec<f64> {
+        let now = [from.to_vec(), residual.to_vec()];
         if let Some(last) = self.last.replace(now.clone()) {
             let [df, dr] = [0, 1].map(|which| minus(&now[which], &last[which]));
             self.differences.push([df, dr]);
@@ -48,13 +59,21 @@ impl Mixing {
             subtract(&mut f, part, &df);
             basis.push([df, dr]);
         }
-        subtract(&mut f, -DAMPING, &r);
+        subtract(&mut f, -self.damping, &r);
+        // Far extrapolations lead to other paths.
+        let step = minus(&f, from);
+        let most = FARTHEST * norm(residual);
+        let length = norm(&step);
+        if length > most {
+            f.copy_from_slice(from);
+            subtract(&mut f, -most / length, &step);
+        }
         f
     }
 
-    /// Forgets all iterates.
-    pub(super) fn forget(&mut self) {
-        *self = Self::default();
+    /// Forgets all iterates, and continues with this damping.
+    pub(super) fn forget(&mut self, damping: f64) {
+        *self = Self::new(damping);
     }
 }
 
@@ -88,7 +107,7 @@ mod tests {
             let each = f.iter().zip(eigenvalues);
             each.map(|(f, factor)| 1.0 + (factor - 1.0) * f).collect()
         };
-        let mut mixing = Mixing::default();
+        let mut mixing = Mixing::new(0.5);
         let mut f = vec![0.0; 4];
         for _ in 0..6 {
             f = mixing.next(&f, &residual(&f));

@@ -14,6 +14,7 @@ mod bodies;
 mod check;
 mod error;
 mod mixing;
+mod near;
 mod separation;
 mod sides;
 #[cfg(test)]

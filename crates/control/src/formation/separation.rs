@@ -8,16 +8,12 @@ use nalgebra::{Matrix3, Vector3};
 use crate::constraint::{Coordinates, KeepOutSphere, StateConstraint};
 use crate::discrete::Within;
 use crate::problem::ParameterError;
-use crate::solver::highest;
+use crate::solver::{Reached, highest};
 use crate::{Plan, Transfer};
 
-/// The part of a step within which a time is that of its end.
-const ROUNDING: f64 = 1e-6;
-
 /// The positions of a body along its plan.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub(super) struct Path {
-    h: f64,
     pub(super) ends: Arc<[Vector3<f64>]>,
     within: Arc<[Within]>,
 }
@@ -25,20 +21,74 @@ pub(super) struct Path {
 impl Path {
     pub(super) fn of(transfer: &Transfer, plan: &Plan) -> Self {
         Self {
-            h: plan.h,
             ends: plan.states.iter().map(|state| state.position).collect(),
             within: Within::all(transfer, &plan.states).into(),
         }
     }
+}
 
-    fn at(&self, time: f64) -> Vector3<f64> {
-        let last = self.within.len();
-        let at = (time / self.h).clamp(0.0, last as f64);
-        let (nearest, before) = (at.round(), at.floor());
-        if (at - nearest).abs() <= ROUNDING {
-            return self.ends[nearest as usize];
-        }
-        self.within[before as usize].at(at - before).position
+/// The distance of two bodies in each step.
+pub(super) struct Distances<'p>(pub(super) [&'p Path; 2]);
+
+impl Distances<'_> {
+    fn steps(&self) -> usize {
+        self.0[0].within.len()
+    }
+
+    fn squared(&self, step: usize, part: f64) -> f64 {
+        let [one, other] = self.0.map(|path| match part {
+            0.0 => path.ends[step],
+            1.0 => path.ends[step + 1],
+            _ => path.within[step].at(part).position,
+        });
+        (one - other).norm_squared()
+    }
+
+    /// The greatest of `a − |x_i − x_j|²` in a step, or a value up to 0.
+    fn highest_below(&self, step: usize, a: f64) -> f64 {
+        highest([0.0, 1.0], |part| a - self.squared(step, part))
+    }
+
+    /// The nearest approach.
+    pub(super) fn nearest(&self) -> Approach {
+        let approach = |step| {
+            let from = self.squared(step, 0.0);
+            let rise = self.highest_below(step, from);
+            Approach {
+                distance: (from - rise).max(0.0).sqrt(),
+                step,
+            }
+        };
+        let none = Approach {
+            distance: f64::INFINITY,
+            step: 0,
+        };
+        let nearer = |least: Approach, now: Approach| match now.distance < least.distance {
+            true => now,
+            false => least,
+        };
+        (0..self.steps()).map(approach).fold(none, nearer)
+    }
+
+    /// What `½ (1 − |x_i − x_j|²/d²)` reaches in each step, where the ends `1 … N − 1` are planned.
+    pub(super) fn reached(&self, separation: f64) -> Vec<Reached> {
+        let (steps, own) = (self.steps(), separation.powi(2));
+        let value = |rest: f64| 0.5 * rest / own;
+        let at = |end: usize| match end == steps {
+            true => value(own - self.squared(end - 1, 1.0)),
+            false => value(own - self.squared(end, 0.0)),
+        };
+        let is_planned = |end: &usize| (1..steps).contains(end);
+        let reached = |step: usize| {
+            let ends = [step, step + 1];
+            let planned = ends.iter().copied().filter(is_planned).map(at);
+            let given = ends.iter().copied().filter(|end| !is_planned(end)).map(at);
+            Reached {
+                excess: value(self.highest_below(step, own)) - given.fold(0.0, f64::max),
+                ends: planned.reduce(f64::max),
+            }
+        };
+        (0..steps).map(reached).collect()
     }
 }
 
@@ -50,43 +100,21 @@ pub(super) struct Approach {
     pub(super) step: usize,
 }
 
-impl Approach {
-    pub(super) fn of([one, other]: [&Path; 2]) -> Self {
-        let steps = one.within.iter().zip(&*other.within).enumerate();
-        let nearest = steps.map(|(step, (one, other))| {
-            let squared = |part| (one.at(part).position - other.at(part).position).norm_squared();
-            // Relative to the start of the step, which does not count as 0 for `highest`.
-            let from = squared(0.0);
-            let rise = highest([0.0, 1.0], |part| from - squared(part));
-            let distance = (from - rise).max(0.0).sqrt();
-            Self { distance, step }
-        });
-        let none = Self {
-            distance: f64::INFINITY,
-            step: 0,
-        };
-        nearest.fold(none, |least, now| match now.distance < least.distance {
-            true => now,
-            false => least,
-        })
-    }
-}
-
-/// A sphere about another body that a body stays out of.
+/// Spheres about another body at the ends of steps, which a body stays out of.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Separation {
-    path: Path,
-    radius: f64,
-    /// The sphere at the start.
-    first: KeepOutSphere,
+    h: f64,
+    spheres: Arc<[KeepOutSphere]>,
 }
 
 impl Separation {
-    pub(super) fn new(path: &Path, radius: f64) -> Result<Self, ParameterError> {
+    /// Spheres of these radii about `path` at the states `0 … N`.
+    pub(super) fn new(h: f64, path: &Path, radii: &[f64]) -> Result<Self, ParameterError> {
+        let ends = path.ends.iter().zip(radii);
+        let spheres = ends.map(|(center, radius)| KeepOutSphere::new(*center, *radius));
         Ok(Self {
-            path: path.clone(),
-            radius,
-            first: KeepOutSphere::new(path.ends[0], radius)?,
+            h,
+            spheres: spheres.collect::<Result<_, _>>()?,
         })
     }
 }
@@ -101,23 +129,24 @@ impl StateConstraint for Separation {
     }
 
     fn value(&self, state: &BodyState) -> f64 {
-        self.first.value(state)
+        self.spheres[0].value(state)
     }
 
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
-        self.first.derivatives(state)
+        self.spheres[0].derivatives(state)
     }
 
     fn size(&self) -> f64 {
-        self.radius
+        self.spheres[0].size()
     }
 
     fn excess(&self, g: f64) -> f64 {
-        self.first.excess(g)
+        self.spheres[0].excess(g)
     }
 
     fn at(&self, time: f64) -> Option<Arc<dyn StateConstraint>> {
-        let sphere = KeepOutSphere::new(self.path.at(time), self.radius).ok()?;
-        Some(Arc::new(sphere))
+        let last = self.spheres.len() - 1;
+        let end = (time / self.h).round().clamp(0.0, last as f64);
+        Some(Arc::new(self.spheres[end as usize]))
     }
 }

@@ -93,7 +93,8 @@ fn the_sum_of_the_costs_is_stationary_by_a_shared_path() {
         paths: bodies.paths.clone(),
         prices: vec![0.0; 3 * INTERVALS * 2],
     };
-    bodies.charge(0, &[1], &mut settled);
+    let near = bodies.near.clone();
+    bodies.charge(0, &near, &mut settled);
     let costs = |bodies: &mut Bodies<'_>, change: f64| {
         let mut prices = settled.prices.clone();
         for (at, price) in prices.iter_mut().enumerate() {

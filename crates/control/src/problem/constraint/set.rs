@@ -47,6 +47,8 @@ pub(crate) struct StateInequality {
     start: f64,
     /// The price of a violation per unit of time, if it is not forbidden.
     pub(crate) price: Option<f64>,
+    /// True if it is not followed between the ends of steps.
+    pub(crate) only_at_ends: bool,
 }
 
 /// For each command, the size that rows without a price allow it alone, or infinity.
@@ -118,10 +120,12 @@ impl InequalitySet {
         self.command.is_empty() && self.state.is_empty() && self.position_costs.is_empty()
     }
 
-    /// Adds an inequality on states as the constraint with this index.
-    pub(crate) fn add(&mut self, index: usize, constraint: Arc<dyn StateConstraint>) {
-        self.state
-            .push(StateInequality::new(index, constraint, None));
+    /// Adds an inequality on states at the ends of steps, as the constraint with this index.
+    pub(crate) fn add_at_ends(&mut self, index: usize, constraint: Arc<dyn StateConstraint>) {
+        self.state.push(StateInequality {
+            only_at_ends: true,
+            ..StateInequality::new(index, constraint, None)
+        });
     }
 
     /// The index after those of all constraints.
@@ -249,6 +253,7 @@ impl StateInequality {
             spread: Arc::default(),
             start: 0.0,
             price,
+            only_at_ends: false,
         }
     }
 

@@ -122,7 +122,7 @@ mod tests {
     const SCENE: &str = include_str!("../../../../scenes/formation_change.toml");
 
     fn scene() -> Scene {
-        Scene::parse("test", &SCENE.replace("steps = 300", "steps = 60")).unwrap()
+        Scene::parse("test", &SCENE.replace("steps = 150", "steps = 60")).unwrap()
     }
 
     /// The sequences of all bodies lead them to their targets, and apart.
@@ -203,7 +203,7 @@ mod tests {
         assert!(SCENE.contains(narrow));
         let text = SCENE
             .replace(narrow, &limited)
-            .replace("steps = 300", "steps = 60");
+            .replace("steps = 150", "steps = 60");
         let scene = Scene::parse("test", &text).unwrap();
         let task = Task::whole(&scene, scene.maneuver.as_ref().unwrap());
         let error = solve(&scene, &task, &mut |_| true).unwrap_err();

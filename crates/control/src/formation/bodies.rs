@@ -149,7 +149,7 @@ impl Bodies<'_> {
     /// A round with these prices, or with ones nearer to those that are known to lead to plans.
     fn tried(
         &mut self,
-        prices: &mut Vec<f64>,
+        prices: &mut [f64],
         known: Option<&Vec<f64>>,
     ) -> Result<Round, FormationError> {
         let mut halvings = 0;

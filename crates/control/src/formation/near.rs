@@ -5,7 +5,7 @@ use super::error::FormationError;
 use super::separation::Distances;
 use crate::solver::{BETWEEN, Margin, Reached};
 use crate::units::ROUNDING;
-use crate::{PlanError, Transfer};
+use crate::{Dynamics, PlanError, Transfer};
 
 /// Distance, in parts of the separation, up to which two bodies count as near.
 const NEAR: f64 = 2.0;
@@ -15,6 +15,8 @@ const NEAR: f64 = 2.0;
 pub(super) struct Near {
     /// Places in the order; the second body owns the inequality.
     pub(super) places: [usize; 2],
+    /// The first end of a step whose position is planned.
+    first: usize,
     /// By how much the inequality is tightened at the ends of each step.
     margins: Vec<Margin>,
 }
@@ -23,7 +25,7 @@ impl Near {
     /// The radius `R` of the sphere at the states `0 … N`: with a margin `m`, `½ (1 − r²/d²) ≤ −m` is `r² ≥ R² = d² (1 + 2 m)`.
     pub(super) fn radii(&self, separation: f64) -> Vec<f64> {
         let steps = self.margins.len();
-        let at = |end: usize| match (1..steps).contains(&end) {
+        let at = |end: usize| match (self.first..steps).contains(&end) {
             true => self.margins[end - 1].amount.max(self.margins[end].amount),
             false => 0.0,
         };
@@ -33,10 +35,16 @@ impl Near {
 }
 
 impl Bodies<'_> {
+    /// The first end of a step whose position is planned for all bodies: the first Lie–Euler step is given by the start.
+    fn first(&self) -> usize {
+        let given = |transfer: &Transfer| transfer.dynamics == Dynamics::LieEuler;
+        1 + usize::from(self.transfers.iter().any(given))
+    }
+
     /// What the separation of a pair reaches in each step.
     fn reached(&self, places: [usize; 2]) -> Vec<Reached> {
         let paths = places.map(|place| &self.paths[self.order[place]]);
-        Distances(paths).reached(self.separation)
+        Distances(paths).reached(self.separation, self.first())
     }
 
     /// By how much the inequality of the separation may be exceeded.
@@ -55,7 +63,10 @@ impl Bodies<'_> {
         let tolerance = self.tolerance();
         let mut near = std::mem::take(&mut self.near);
         let mut adjusted = false;
-        for Near { places, margins } in &mut near {
+        for Near {
+            places, margins, ..
+        } in &mut near
+        {
             for (margin, reached) in margins.iter_mut().zip(self.reached(*places)) {
                 if reached.excess > tolerance && reached.ends.is_some() {
                     margin.adjust(&reached, 0.5 * tolerance, hurry);
@@ -90,8 +101,10 @@ impl Bodies<'_> {
     pub(super) fn grow(&mut self) -> bool {
         let new: Vec<_> = self.others(NEAR).collect();
         let margins = vec![Margin::default(); self.intervals()];
+        let first = self.first();
         let near = new.iter().map(|places| Near {
             places: *places,
+            first,
             margins: margins.clone(),
         });
         self.near.extend(near);

@@ -70,15 +70,15 @@ impl Distances<'_> {
         (0..self.steps()).map(approach).fold(none, nearer)
     }
 
-    /// What `½ (1 − |x_i − x_j|²/d²)` reaches in each step, where the ends `1 … N − 1` are planned.
-    pub(super) fn reached(&self, separation: f64) -> Vec<Reached> {
+    /// What `½ (1 − |x_i − x_j|²/d²)` reaches in each step, where the ends `first … N − 1` are planned.
+    pub(super) fn reached(&self, separation: f64, first: usize) -> Vec<Reached> {
         let (steps, own) = (self.steps(), separation.powi(2));
         let value = |rest: f64| 0.5 * rest / own;
         let at = |end: usize| match end == steps {
             true => value(own - self.squared(end - 1, 1.0)),
             false => value(own - self.squared(end, 0.0)),
         };
-        let is_planned = |end: &usize| (1..steps).contains(end);
+        let is_planned = |end: &usize| (first..steps).contains(end);
         let reached = |step: usize| {
             let ends = [step, step + 1];
             let planned = ends.iter().copied().filter(is_planned).map(at);

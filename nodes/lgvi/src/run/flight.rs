@@ -218,7 +218,7 @@ impl Course {
 
     fn hear(&mut self, (kind, heard): Update) {
         let event = match heard {
-            Heard::Event(event) => event,
+            Heard::Event(event) => *event,
             Heard::Nonsense(error) => return self.fail(kind, error),
             Heard::End => {
                 self.ended.insert(kind);

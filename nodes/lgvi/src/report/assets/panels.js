@@ -73,8 +73,7 @@ class Panels {
     const host = this.sections.body;
     plots.clear(host);
     const body = flight.bodies[this.body];
-    const planned = flight.planned.find((planned) => planned.body === this.body);
-    if (planned) this.showLimits(host, body, planned);
+    if (this.planned()) this.showLimits(host, body);
     this.showControls(host);
     this.showAttitude(host, body);
     const rates = this.each((k) => flight.angularVelocity(body, k));
@@ -126,7 +125,7 @@ class Panels {
       const vectors = Array.from({ length: count + 1 }, (_, k) => nth(controls[kind], Math.min(k, count - 1)));
       if (!(most(vectors.map(norm)) > 1e-12 * flight.largest(kind))) continue;
       const curves = COMPONENTS.map((label, i) => ({ label, values: vectors.map((vector) => vector[i]) }));
-      const limits = planned?.limits.filter((limit) => limit.of === kind) ?? [];
+      const limits = this.planned()?.limits.filter((limit) => limit.of === kind) ?? [];
       const constant = (label, value) => curves.push({ label, values: vectors.map(() => value), color: "#d00", dashed: true });
       for (const limit of limits) {
         if (limit.kind === "norm" && limit.limit !== null) {
@@ -148,13 +147,18 @@ class Panels {
     if (notes.length > 0) host.append(note(notes.join(" ")));
   }
 
+  /** What the body goes to and keeps clear of, if it is planned. */
+  planned() {
+    return this.flight.planned.find(({ body }) => body === this.body);
+  }
+
   /** How near the body comes to what it keeps clear of. */
-  showLimits(host, body, planned) {
+  showLimits(host, body) {
     const { flight, plots } = this;
     const degrees = 180 / Math.PI;
     const angle = (a, b) => degrees * Math.atan2(norm(cross(a, b)), dot(a, b));
     const { time } = flight;
-    for (const limit of planned.limits) {
+    for (const limit of this.planned().limits) {
       // In the frame of the limit.
       const seen = (k, place) => {
         const { origin, turn } = flight.poseOf(limit.frame, { k, part: 0 });

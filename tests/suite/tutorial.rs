@@ -61,6 +61,13 @@ fn every_command_of_the_page_on_minimum_time_runs() {
 }
 
 #[test]
+fn every_command_of_the_page_on_formations_runs() {
+    let world = World::new();
+    let directory = run(&world, "howto/formation.md");
+    assert!(directory.join("flights/change/flight.svg").exists());
+}
+
+#[test]
 fn every_command_of_the_page_on_moving_targets_runs() {
     let world = World::new();
     let directory = run(&world, "howto/moving_target.md");

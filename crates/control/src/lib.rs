@@ -39,6 +39,7 @@ extern crate self as lgvi_control;
 mod barrier;
 mod discrete;
 mod final_time;
+mod formation;
 mod multistart;
 mod newton;
 mod plan;
@@ -59,6 +60,7 @@ pub use final_time::{
     FinalTime, FinalTimeError, MinimumTime, TimeOptimality, TimeRange, TimedPlan,
     search_minimum_time, solve_final_time, solve_minimum_time,
 };
+pub use formation::{Agreement, Formation, FormationError, check_together, solve_together};
 pub use multistart::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan, Switching};
 pub use problem::{

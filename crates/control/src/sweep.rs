@@ -17,6 +17,8 @@ use crate::{Comparable, Dynamics, Motion, Terminal, Transfer};
 #[derive(Clone, Default, PartialEq)]
 pub struct Sweep {
     found: Option<Found>,
+    /// The multipliers of each inequality on states at the ends of the steps.
+    multipliers: Vec<Vec<f64>>,
 }
 
 #[derive(Clone)]
@@ -124,7 +126,34 @@ impl Sweep {
             strayed,
             off: transfer.off_by_step(Some),
         };
-        Self { found: Some(found) }
+        Self {
+            found: Some(found),
+            multipliers: Vec::new(),
+        }
+    }
+
+    /// The multipliers of a plan under inequalities, which has no policies.
+    pub(crate) fn of_inequalities(multipliers: Vec<Vec<f64>>) -> Self {
+        Self {
+            found: None,
+            multipliers,
+        }
+    }
+
+    /// The sweep without policies.
+    pub(crate) fn without_policies(self) -> Self {
+        Self::of_inequalities(self.multipliers)
+    }
+
+    /// The multipliers of each inequality on states at the ends of the steps.
+    pub(crate) fn multipliers(&self) -> &[Vec<f64>] {
+        &self.multipliers
+    }
+
+    /// Converts the multipliers to another unit of cost.
+    pub(crate) fn scale(&mut self, unit: f64) {
+        let all = self.multipliers.iter_mut().flatten();
+        all.for_each(|multiplier| *multiplier *= unit);
     }
 
     /// The policies from which `transfer` can be planned, or `None` if it is not the rest of the plan's transfer from
@@ -163,6 +192,9 @@ impl Sweep {
         let mut rest = self.clone();
         if let Some(found) = &mut rest.found {
             found.flown += step;
+        }
+        for row in &mut rest.multipliers {
+            row.drain(..step.min(row.len()));
         }
         rest
     }

@@ -8,7 +8,7 @@ use std::hash::Hasher;
 use std::path::Path;
 use std::{env, fs};
 
-use lgvi_control::{NewtonSettings, Start, solve};
+use lgvi_control::{NewtonSettings, Start, Transfer, solve, solve_together};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::{Commands, Scene};
 
@@ -24,6 +24,12 @@ fn hash(hasher: &mut DefaultHasher, states: &[BodyState]) {
     }
 }
 
+/// The transfer of the longest duration.
+fn longest(scene: &Scene) -> Result<Transfer, Box<dyn std::error::Error>> {
+    let transfer = scene.transfer().ok_or("no maneuver")?;
+    Ok(transfer?)
+}
+
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     for path in env::args().skip(1) {
         let name = Path::new(&path).file_stem().unwrap_or_default();
@@ -31,31 +37,35 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let scene = Scene::parse(&name, &fs::read_to_string(&path)?)?;
         let mut hasher = DefaultHasher::new();
 
-        let mut controls = Vec::new();
-        let mut efforts = Vec::new();
-        let mut body = 0;
-        if let (Some(maneuver), Some(transfer)) = (&scene.maneuver, scene.transfer()) {
-            let plan = solve(&transfer?, Start::Cold, &NewtonSettings::default(), |_| {
-                true
-            })?;
-            hash(&mut hasher, &plan.states);
-            body = maneuver.body;
-            match maneuver.commands() {
-                Commands::Loads => controls = plan.controls,
-                Commands::Thrusters | Commands::Wheels => efforts = plan.commands,
+        let mut acting = Vec::new();
+        if let (Some(maneuver), Some(transfers)) = (&scene.maneuver, scene.transfers()) {
+            let (transfers, settings) = (transfers?, NewtonSettings::default());
+            let plans = match maneuver.separation {
+                Some(separation) => {
+                    solve_together(&transfers, separation, &settings, |_| true)?.plans
+                }
+                None => vec![solve(&longest(&scene)?, Start::Cold, &settings, |_| true)?],
+            };
+            for (planned, plan) in maneuver.planned().zip(plans) {
+                hash(&mut hasher, &plan.states);
+                acting.push((planned, plan));
             }
         }
 
         let mut simulation = scene.simulation(scene.scheme()?)?;
         let mut loads = vec![Load::default(); scene.bodies.len()];
         hash(&mut hasher, simulation.states());
-        for step in 0..scene.steps {
-            loads[body] = controls.get(step as usize).copied().unwrap_or_default();
-            if let Some(efforts) = efforts.get(step as usize) {
-                let [thrusters, wheels] =
-                    [&scene.bodies[body].thrusters, &scene.bodies[body].wheels];
-                simulation.set_thruster_commands(body, &efforts.as_slice()[..thrusters.len()]);
-                simulation.set_wheel_commands(body, &efforts.as_slice()[..wheels.len()]);
+        for step in 0..scene.steps as usize {
+            for (planned, plan) in &acting {
+                let body = planned.body;
+                if planned.commands() == Commands::Loads {
+                    loads[body] = plan.controls.get(step).copied().unwrap_or_default();
+                } else if let Some(efforts) = plan.commands.get(step) {
+                    let [thrusters, wheels] =
+                        [&scene.bodies[body].thrusters, &scene.bodies[body].wheels];
+                    simulation.set_thruster_commands(body, &efforts.as_slice()[..thrusters.len()]);
+                    simulation.set_wheel_commands(body, &efforts.as_slice()[..wheels.len()]);
+                }
             }
             simulation.advance(&loads)?;
             hash(&mut hasher, simulation.states());

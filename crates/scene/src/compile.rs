@@ -21,7 +21,7 @@ use std::sync::Arc;
 
 use lgvi_dynamics::Invariants;
 
-use crate::file::{BodyFile, SceneFile};
+use crate::file::{BodyFile, ManeuverFile, SceneFile};
 use crate::scene::{NamedBody, Publishing, Scene};
 use crate::{Chosen, LONGEST, SceneError, SceneGravity, Units, check, numbers};
 use state::Bodies;
@@ -40,7 +40,8 @@ impl Scene {
 
     fn compile(name: &str, text: &str) -> Result<Self, SceneError> {
         let syntax = |error| SceneError::syntax(&error);
-        let file: SceneFile = toml::from_str(text).map_err(syntax)?;
+        let mut file: SceneFile = toml::from_str(text).map_err(syntax)?;
+        file.maneuver.iter_mut().for_each(ManeuverFile::join);
         numbers::check(text)?;
         let units = Units::parse(&file.units.length, &file.units.mass, &file.units.time)?;
         check::name("frame", &file.frame)?;
@@ -99,6 +100,7 @@ impl Scene {
                 }
             }
         }
+        maneuver::check_formation(&scene)?;
         if let Some(file) = &file.disturbance {
             scene.disturbance = Some(disturbance::disturbance(&scene, file)?);
             disturbance::check_states(&scene)?;

@@ -91,6 +91,28 @@ impl SceneError {
         }
     }
 
+    /// Returns the error of a maneuver as that of its companion with this index.
+    pub(crate) fn of_companion(self, index: usize) -> Self {
+        let moved = |key: &str| {
+            let rest = key.strip_prefix("maneuver.")?;
+            Some(format!("maneuver.companions[{index}].{rest}"))
+        };
+        match self {
+            Self::Value {
+                line,
+                key,
+                value,
+                expected,
+            } => Self::Value {
+                line,
+                key: moved(&key).unwrap_or(key),
+                value,
+                expected,
+            },
+            error => error,
+        }
+    }
+
     /// Returns the error for a name that is none of those that are known.
     pub(crate) fn unknown(key: impl Into<String>, name: &str, known: &[&str]) -> Self {
         Self::value(key, name, suggestion::one_of(name, known))

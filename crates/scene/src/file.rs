@@ -20,9 +20,9 @@ pub(crate) use docking::{DockingFile, PortFile};
 pub(crate) use ensemble::{EnsembleFile, SpreadFile};
 pub(crate) use frame::FrameFile;
 pub(crate) use maneuver::{
-    ActuatorFile, CommandsFile, CostFile, DynamicsFile, EachFile, FinalTimeFile, ManeuverFile,
-    MinimizeFile, MotionFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile, TargetFile,
-    WeightFile,
+    ActuatorFile, CommandsFile, CompanionFile, CostFile, DynamicsFile, EachFile, FinalTimeFile,
+    ManeuverFile, MinimizeFile, MotionFile, ReplanFile, SearchFile, SolverFile, SolverMethodFile,
+    TargetFile, WeightFile,
 };
 
 pub(crate) use phase::{OffFile, PhaseDurationFile, PhaseFile};
@@ -64,7 +64,7 @@ pub(crate) struct SceneFile {
     /// Pairs of ports at which bodies join.
     #[serde(default)]
     pub docking: Vec<DockingFile>,
-    /// A maneuver of one free body, planned over the run.
+    /// A maneuver of one free body, or of several together, planned over the run.
     pub maneuver: Option<ManeuverFile>,
     /// Deviations of the maneuver's flight from its plan.
     pub disturbance: Option<DisturbanceFile>,

@@ -48,6 +48,10 @@ pub struct Maneuver {
     pub replan: Option<Replan>,
     /// True if the flight applies feedback along the plan.
     pub feedback: bool,
+    /// The least distance between the planned bodies, if there are several.
+    pub separation: Option<f64>,
+    /// The parts of other bodies that are planned together with this one; they have no companions of their own.
+    pub companions: Vec<Maneuver>,
 }
 
 /// A free duration, optimized with the plan as a whole number of the run's steps.
@@ -166,6 +170,11 @@ impl Maneuver {
         self.relative.is_some()
     }
 
+    /// Returns the part of each planned body: this one, then its companions.
+    pub fn planned(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.companions)
+    }
+
     /// Returns what the commands are.
     pub fn commands(&self) -> Commands {
         match self.actuator_limit {
@@ -206,6 +215,23 @@ impl Scene {
         };
         let initial = self.bodies[maneuver.body].state;
         self.transfer_from(initial, steps as usize)
+    }
+
+    /// Returns the optimal control problems of all planned bodies, which are planned together, or `None` without a maneuver.
+    pub fn transfers(&self) -> Option<Result<Vec<Transfer>, TransferError>> {
+        let planned = self.maneuver.as_ref()?.planned();
+        let transfers = planned.map(|maneuver| {
+            let initial = self.bodies[maneuver.body].state;
+            self.transfer_of(maneuver, initial, self.steps as usize)
+        });
+        Some(transfers.collect())
+    }
+
+    /// Returns the name of a planned body, which is counted as [`Maneuver::planned`] does.
+    pub fn planned_name(&self, planned: usize) -> &str {
+        let mut all = self.maneuver.iter().flat_map(Maneuver::planned);
+        all.nth(planned)
+            .map_or("", |maneuver| &self.bodies[maneuver.body].name)
     }
 
     /// Returns the optimal control problem of the rest of a maneuver, from `initial` in `intervals` steps of the run,
@@ -269,7 +295,8 @@ impl Scene {
     /// maneuver then misses its target by the difference. A processed plan is meant for other steps and gives no warning.
     pub fn flown_otherwise(&self, scheme: Scheme) -> Option<String> {
         let maneuver = self.maneuver.as_ref()?;
-        let pulsed = (maneuver.by_thrusters() && self.has_pulses(maneuver.body)).then(|| {
+        let pulsed = |one: &Maneuver| one.by_thrusters() && self.has_pulses(one.body);
+        let pulsed = maneuver.planned().any(pulsed).then(|| {
             "the plan neglects the pulses and delays of the thrusters: it will miss its target"
                 .into()
         });

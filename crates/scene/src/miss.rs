@@ -2,7 +2,7 @@ use lgvi_control::Terminal;
 use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::SVector;
 
-use crate::Scene;
+use crate::{Maneuver, Scene};
 
 impl Scene {
     /// Returns the terminal error of the planned body's state `end` in the order `[x, γ, R, Π]`, with zeros for free
@@ -14,7 +14,7 @@ impl Scene {
     pub fn miss(&self, end: &BodyState) -> Option<SVector<f64, 12>> {
         let maneuver = self.maneuver.as_ref()?;
         let nominal = &self.bodies[maneuver.body].body;
-        self.miss_of(&maneuver.target, nominal, end)
+        self.miss_of(maneuver, &maneuver.target, nominal, end)
     }
 
     /// Returns [`Scene::miss`] at the end of a flight, of the planned one among `bodies`, which may replace those of the scene,
@@ -28,20 +28,41 @@ impl Scene {
         states: &[BodyState],
         end: &BodyState,
     ) -> Option<SVector<f64, 12>> {
-        let maneuver = self.maneuver.as_ref()?;
-        let relative = self.target_among(bodies, states).ok()?;
-        let target = relative.as_ref().unwrap_or(&maneuver.target);
-        self.miss_of(target, &bodies[maneuver.body], end)
+        self.miss_in(self.maneuver.as_ref()?, bodies, states, end)
+    }
+
+    /// Returns the terminal errors of all planned bodies at the end of a flight, as [`Scene::miss_among`] does, in the order of
+    /// [`Maneuver::planned`].
+    pub fn misses(
+        &self,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+    ) -> Vec<Option<SVector<f64, 12>>> {
+        let planned = self.maneuver.iter().flat_map(Maneuver::planned);
+        let miss = |part: &Maneuver| self.miss_in(part, bodies, states, &states[part.body]);
+        planned.map(miss).collect()
+    }
+
+    fn miss_in(
+        &self,
+        planned: &Maneuver,
+        bodies: &[RigidBody],
+        states: &[BodyState],
+        end: &BodyState,
+    ) -> Option<SVector<f64, 12>> {
+        let relative = self.target_among(planned, bodies, states).ok()?;
+        let target = relative.as_ref().unwrap_or(&planned.target);
+        self.miss_of(planned, target, &bodies[planned.body], end)
     }
 
     fn miss_of(
         &self,
+        planned: &Maneuver,
         target: &Terminal,
         body: &RigidBody,
         end: &BodyState,
     ) -> Option<SVector<f64, 12>> {
-        let maneuver = self.maneuver.as_ref()?;
-        let nominal = &self.bodies[maneuver.body].body;
+        let nominal = &self.bodies[planned.body].body;
         let heavier = body.mass() / nominal.mass();
         let other = body.inertia() != nominal.inertia();
         let (own, inverse) = (body.inertia(), nominal.inertia().inverse());

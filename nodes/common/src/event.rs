@@ -188,6 +188,9 @@ pub struct FlightReport {
     pub miss: Option<Miss>,
     /// Cost of the controls as flown, in the scene's units; none without a maneuver.
     pub cost: Option<f64>,
+    /// What has become of the other bodies that were planned together with that of the maneuver.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub companions: Vec<Arrival>,
     /// Energy at the start (J).
     pub energy_start: f64,
     /// Energy at the end (J).
@@ -215,6 +218,17 @@ pub struct FlightReport {
     /// Bodies that have docked.
     #[serde(default)]
     pub docked: Vec<Docked>,
+}
+
+/// A planned body at the end of its flight.
+#[derive(Clone, Debug, Deserialize, PartialEq, Serialize)]
+pub struct Arrival {
+    /// Name of the body.
+    pub body: String,
+    /// Cost of its controls as flown, in the scene's units.
+    pub cost: f64,
+    /// How far from its target it ended.
+    pub miss: Miss,
 }
 
 /// What was missing of the commands for a body, its wheels or its thrusters.

@@ -19,8 +19,8 @@ pub use convert::{
 };
 #[cfg(feature = "node")]
 pub use event::{
-    CommandTimeouts, Docked, Event, FlightReport, Miss, PhaseReport, PhasesReport, PlanReport,
-    ReplanReport, SoftReport,
+    Arrival, CommandTimeouts, Docked, Event, FlightReport, Miss, PhaseReport, PhasesReport,
+    PlanReport, ReplanReport, SoftReport,
 };
 #[cfg(feature = "node")]
 pub use frame_prefix::FramePrefix;

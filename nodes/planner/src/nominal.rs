@@ -87,6 +87,10 @@ pub fn plan_rest(
     made(scene, &task, go_on)
 }
 
+/// Why a plan of one body does not do.
+const TOGETHER: &str = "`maneuver.companions` is given, expected none: several bodies are planned together by the planner node, \
+                        as of `lgvi run`";
+
 fn no_maneuver() -> NoPlan {
     NoPlan {
         reason: Reason::Refused,
@@ -100,10 +104,17 @@ fn made(
     go_on: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<NominalPlan, NoPlan> {
     let maneuver = scene.maneuver.as_ref().ok_or_else(no_maneuver)?;
+    if !maneuver.companions.is_empty() {
+        return Err(NoPlan {
+            reason: Reason::Refused,
+            message: TOGETHER.into(),
+        });
+    }
     let Solved {
         plan,
         remark,
         phased,
+        ..
     } = solve(scene, task, go_on)?;
     Ok(NominalPlan {
         sequence: Sequence::new(maneuver, task.first_step, plan).in_phases(phased),

@@ -38,12 +38,22 @@ pub(crate) struct Outlet {
 }
 
 impl Outlet {
-    /// Opens the node's topics; late joiners get the last `history` messages about the progress.
-    pub(crate) fn open(ros: &RosNode, shm: &ShmNode, history: usize) -> Result<Self, NodeError> {
+    /// Opens the node's topics; late joiners get the last `history` messages about the progress, and the control sequences of
+    /// as many `bodies`.
+    pub(crate) fn open(
+        ros: &RosNode,
+        shm: &ShmNode,
+        history: usize,
+        bodies: usize,
+    ) -> Result<Self, NodeError> {
         let topic = ros.resolve("~/control_sequence")?;
         Ok(Self {
             shm: shm.control_publisher(&topic)?,
-            controls: ros.raw_publisher(&topic, ControlSequence::TYPE_NAME, &Qos::latched(1))?,
+            controls: ros.raw_publisher(
+                &topic,
+                ControlSequence::TYPE_NAME,
+                &Qos::latched(bodies),
+            )?,
             progress: ros.publisher("~/progress", &Qos::latched(history))?,
             path: ros.publisher("~/planned_path", &Qos::latched(1))?,
             markers: ros.publisher("~/markers", &Qos::latched(1))?,
@@ -59,14 +69,11 @@ impl Outlet {
         }
     }
 
-    /// Publishes a plan.
-    pub(crate) fn plan(
-        &mut self,
-        scene: &Scene,
-        body: usize,
-        sequence: &Sequence,
-    ) -> Result<(), NodeError> {
-        self.rest(scene, body, sequence, sequence.first_step)?;
+    /// Publishes a plan: the control sequences of all bodies, and the path of the first.
+    pub(crate) fn plan(&mut self, scene: &Scene, sequence: &Sequence) -> Result<(), NodeError> {
+        for one in sequence.all() {
+            self.rest(scene, one.body, one, one.first_step)?;
+        }
         let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
         send(&self.path, &path, &mut self.sent);
         let markers = markers(scene, sequence).map_err(NodeError::runtime)?;

@@ -200,6 +200,8 @@ impl Planner {
             Update::Ended(ended) => {
                 if let Ok(solved) = &*ended {
                     current.last.settle(&solved.plan);
+                    let companions = solved.companions.iter();
+                    companions.for_each(|plan| current.last.join(plan));
                 }
                 self.monitor
                     .note(&current.last, current.began.elapsed(), ended.is_ok());
@@ -245,15 +247,16 @@ impl Planner {
         self.outlet.progress(message);
     }
 
-    fn publish(
-        &mut self,
-        first_step: u64,
-        plan: Plan,
-        phased: Phased,
-    ) -> Result<Sequence, NodeError> {
-        let sequence = Sequence::new(&self.maneuver, first_step, plan).in_phases(phased);
-        self.outlet
-            .plan(&self.scene, self.maneuver.body, &sequence)?;
+    fn publish(&mut self, first_step: u64, solved: Solved) -> Result<Sequence, NodeError> {
+        let Solved {
+            plan,
+            companions,
+            phased,
+            ..
+        } = solved;
+        let sequence = Sequence::together(&self.maneuver, first_step, plan, companions);
+        let sequence = sequence.in_phases(phased);
+        self.outlet.plan(&self.scene, &sequence)?;
         // As the propagator does: the later one takes the place of those that would begin after it.
         self.sequences
             .retain(|earlier| earlier.first_step < first_step);
@@ -290,7 +293,7 @@ impl Planner {
         current: &Current,
         ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
-        let Solved { plan, phased, .. } = match ended {
+        let solved = match ended {
             Ok(solved) => solved,
             Err(Unsolved {
                 reason, message, ..
@@ -306,14 +309,19 @@ impl Planner {
             }
         };
         let seconds = current.began.elapsed().as_secs_f64();
-        let sequence = self.publish(current.first_step, plan, phased)?;
+        let sequence = self.publish(current.first_step, solved)?;
         // The flight has begun: where it waits for no plan, acknowledgments are waited for when it is over.
         if self.replanner.is_none() || self.in_lockstep() {
             self.account(PATIENCE);
         }
-        let controls = &sequence.plan.controls;
-        if let Some(warning) = self.scene.coarse_steps(self.scheme, controls) {
-            Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);
+        for (one, maneuver) in sequence.all().zip(self.maneuver.planned()) {
+            let alone = Scene {
+                maneuver: Some(maneuver.clone()),
+                ..(*self.scene).clone()
+            };
+            if let Some(warning) = alone.coarse_steps(self.scheme, &one.plan.controls) {
+                Warning::new(WarningCode::CoarseSteps, warning).tell(&node.events);
+            }
         }
         let Iteration {
             iteration,

@@ -82,7 +82,7 @@ impl Managed for Planner {
         let monitor = Arc::new(Monitor::default());
         Ok(Self {
             events: Arc::clone(&node.events),
-            outlet: Outlet::open(ros, &shm, history(&scene))?,
+            outlet: Outlet::open(ros, &shm, history(&scene), maneuver.planned().count())?,
             follower: Follower::open(Arc::clone(&scene), &states, &shm, remote)?,
             worker: Worker::start(Arc::clone(&scene))?,
             actions,

@@ -27,6 +27,10 @@ pub(crate) struct Sequence {
     actuators: usize,
     /// When its phases begin.
     pub(crate) phased: Phased,
+    /// Index of the body.
+    pub(crate) body: usize,
+    /// Those of the companions, which have none of their own.
+    pub(crate) companions: Vec<Self>,
 }
 
 impl Sequence {
@@ -42,12 +46,34 @@ impl Sequence {
             },
             plan: Arc::new(plan),
             phased: Phased::default(),
+            body: maneuver.body,
+            companions: Vec::new(),
         }
     }
 
     /// The sequence of a plan in these phases.
     pub(crate) fn in_phases(self, phased: Phased) -> Self {
         Self { phased, ..self }
+    }
+
+    /// The sequence of a maneuver with those of its companions.
+    pub(crate) fn together(
+        maneuver: &Maneuver,
+        first_step: u64,
+        plan: Plan,
+        companions: Vec<Plan>,
+    ) -> Self {
+        let others = maneuver.companions.iter().zip(companions);
+        let others = others.map(|(other, plan)| Self::new(other, first_step, plan));
+        Self {
+            companions: others.collect(),
+            ..Self::new(maneuver, first_step, plan)
+        }
+    }
+
+    /// The sequences of all bodies.
+    pub(crate) fn all(&self) -> impl Iterator<Item = &Self> {
+        std::iter::once(self).chain(&self.companions)
     }
 
     /// The step at which it arrives.

@@ -5,7 +5,7 @@ use lgvi_dynamics::{
     ActuatorStates, BodyState, Invariants, Load, MethodError, Simulation, StepError, StepReport,
     System,
 };
-use lgvi_scene::{ActuatorErrors, Energies, MAX_THRUSTERS, Scene, Scheme, SchemeError};
+use lgvi_scene::{ActuatorErrors, Energies, MAX_THRUSTERS, Maneuver, Scene, Scheme, SchemeError};
 use thiserror::Error;
 
 use crate::pushes::Pushes;
@@ -42,7 +42,7 @@ pub struct Flight {
     /// The actuators of all bodies, and how many.
     actuators: Vec<(Actuators, usize, usize)>,
     /// The thrusters or wheels that plans command, and their body.
-    planned: Option<(Actuators, usize)>,
+    planned: Vec<(Actuators, usize)>,
 }
 
 /// States that a flight cannot go on from.
@@ -92,18 +92,21 @@ impl Flight {
                 .map(|(actuators, body)| (actuators, body, actuators.of(scene, body).len()))
                 .filter(|(.., count)| *count > 0)
                 .collect(),
-            planned: scene.maneuver.as_ref().and_then(|maneuver| {
-                let actuators = Actuators::commanded(maneuver.commands())?;
-                Some((actuators, maneuver.body))
-            }),
+            planned: (scene.maneuver.iter())
+                .flat_map(Maneuver::planned)
+                .filter_map(|planned| {
+                    Some((Actuators::commanded(planned.commands())?, planned.body))
+                })
+                .collect(),
         }
     }
 
     /// The sequences of a body's plans: for itself, or for its thrusters or wheels where its plans command them.
     fn plans(&self, body: usize) -> &[Arc<Controls>] {
-        let target = match self.planned {
-            Some((actuators, planned)) if planned == body => Target::Actuators(actuators, body),
-            _ => Target::Body(body),
+        let mut planned = self.planned.iter();
+        let target = match planned.find(|(_, planned)| *planned == body) {
+            Some((actuators, _)) => Target::Actuators(*actuators, body),
+            None => Target::Body(body),
         };
         &self.accepted[target.index(self.loads.len())]
     }

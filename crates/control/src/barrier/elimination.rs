@@ -2,6 +2,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, SVector};
 
 use super::fuel::Fuel;
+use super::position::PositionCosts;
 use super::row::Row;
 use super::set::{Barrier, StateRow, in_interval};
 use crate::newton::{Inequalities, Satisfied};
@@ -72,6 +73,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 part += row.primal * by_group;
             }
         }
+        if let Some(positions) = &mut self.positions {
+            positions.add(interval, state, gradient);
+        }
     }
 
     fn add_command(
@@ -125,6 +129,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                     }
                 }
             }
+        }
+        if let Some(positions) = &self.positions {
+            positions.add_force(interval, &mut force);
         }
         force
     }
@@ -182,6 +189,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         if let Some(fuel) = &mut self.fuel {
             self.slope += fuel.direct(self.schedule.penalty.beta, interval, v);
         }
+        if let Some(positions) = &self.positions {
+            self.slope += positions.slope(interval, z);
+        }
     }
 
     fn reach(&self) -> f64 {
@@ -210,6 +220,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 let penalty = penalty.of(inequality.price);
                 sum += penalty.value(scale * inequality.value(state));
             }
+        }
+        if let Some(positions) = &self.positions {
+            sum += positions.value(interval, state);
         }
         sum
     }
@@ -252,7 +265,12 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     }
 
     fn paid(&self) -> f64 {
-        self.measure().paid
+        let positions = self.positions.as_ref();
+        self.measure().paid + positions.map_or(0.0, PositionCosts::paid)
+    }
+
+    fn multipliers(&self) -> Vec<Vec<f64>> {
+        self.by_row()
     }
 
     fn tighten(&mut self, error: f64) -> bool {

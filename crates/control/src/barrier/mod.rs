@@ -9,6 +9,7 @@ mod elimination;
 mod fuel;
 mod known;
 mod penalty;
+mod position;
 mod row;
 mod schedule;
 mod set;

@@ -6,6 +6,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::fuel::Fuel;
 use super::known::Force;
 use super::penalty::Penalty;
+use super::position::PositionCosts;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
 use super::varying::Varying;
@@ -31,6 +32,8 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) fuel: Option<Fuel<U>>,
     /// Limits and costs of commands that change from interval to interval.
     pub(super) varying: Varying<U>,
+    /// The known costs of positions, if there are any.
+    pub(super) positions: Option<PositionCosts>,
     /// True if the inequalities on states add nothing to the Hessian.
     pub(super) gives_way: bool,
     /// The longest step of the multipliers along the direction.
@@ -197,6 +200,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             states,
             fuel,
             varying: Varying::new(transfer, selection),
+            positions: PositionCosts::new(&set.position_costs, offsets[0]),
             gives_way: false,
             reach: 1.0,
             slope: 0.0,
@@ -237,6 +241,14 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             fuel.start(beta, commands);
         }
         let varying = self.varying.clone();
+        let positions = self.positions.take();
+        let charged = |interval: usize| {
+            let mut force = SVector::zeros();
+            if let Some(positions) = &positions {
+                positions.add_force(interval, &mut force);
+            }
+            force
+        };
         let paid = |interval: usize| {
             let (fuel, command) = (fuel.as_ref(), &commands[interval]);
             let paid = fuel.map_or_else(SVector::zeros, |fuel| fuel.force(beta, command));
@@ -247,6 +259,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             let Force { state, command } = &forces[along.interval];
             let (force, size) = match along.gradient {
                 Gradient::State(groups, g) => {
+                    let state = state - charged(along.interval);
                     let parts = groups.iter().zip(&g);
                     let parts = parts.filter_map(|(group, g)| {
                         Some((g.dot(&state.fixed_rows::<3>((*group)?)), g.norm_squared()))
@@ -263,6 +276,24 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             }
         });
         self.fuel = fuel;
+        self.positions = positions;
+    }
+
+    /// The multipliers of each inequality on states at the ends of the intervals.
+    pub(super) fn by_row(&self) -> Vec<Vec<f64>> {
+        let count = self.states.len();
+        let row = |(which, placed): (usize, &Placed)| {
+            let rows = self.state_rows.iter().skip(which).step_by(count);
+            let multiplier = |(interval, state): (usize, &StateRow)| {
+                if placed.plans(interval) {
+                    state.row.multiplier * state.scale
+                } else {
+                    0.0
+                }
+            };
+            rows.enumerate().map(multiplier).collect()
+        };
+        self.states.iter().enumerate().map(row).collect()
     }
 
     /// The largest violation of states `s_1 … s_N` where they are fixed, or `None` if it is within the tolerance.

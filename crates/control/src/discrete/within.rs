@@ -15,6 +15,7 @@ use crate::{Dynamics, Transfer};
 /// An LGVI step stands for the cubics with the positions, attitudes and velocities at its ends, which are exact for a
 /// constant force; attitudes are cubics of the rotation vector. A Lie–Euler step is a free motion with an impulse at its
 /// end: position and rotation vector are linear. Momenta are linear. The position of a transfer by wheels follows the orbit.
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Within {
     start: BodyState,
     /// Polynomials of the part of the step: displacement and rotation vector.

@@ -89,9 +89,14 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
         0.0
     }
 
-    /// What the violations cost that have a price.
+    /// What violations and positions cost that have a price.
     fn paid(&self) -> f64 {
         0.0
+    }
+
+    /// The multipliers of each inequality on states at the ends of all intervals.
+    fn multipliers(&self) -> Vec<Vec<f64>> {
+        Vec::new()
     }
 
     /// Lowers β if the subproblem with the current β is solved to `error`. Returns `false` if nothing changed.

@@ -12,7 +12,7 @@ use crate::discrete::Within;
 use crate::problem::InequalitySet;
 
 /// By how much an inequality may be exceeded between the ends of steps, unless rounding makes more of it.
-const TOLERANCE: f64 = 1e-7;
+pub(crate) const TOLERANCE: f64 = 1e-7;
 /// Maximum number of plans with tightened inequalities.
 const ROUNDS: u32 = 24;
 /// Maximum number of times that a tightening is halved because no plan was found.
@@ -29,24 +29,24 @@ const FARTHEST: f64 = 4.0;
 
 /// What an inequality reaches in a step.
 #[derive(Clone, Copy, Debug)]
-struct Reached {
+pub(crate) struct Reached {
     /// By how much it is exceeded, beyond what it is at fixed ends.
-    excess: f64,
+    pub(crate) excess: f64,
     /// The greater of the values at those ends that are planned, or `None` if neither is.
-    ends: Option<f64>,
+    pub(crate) ends: Option<f64>,
 }
 
 /// By how much an inequality is tightened at the ends of a step.
 #[derive(Clone, Copy, Debug, Default)]
-struct Margin {
-    amount: f64,
+pub(crate) struct Margin {
+    pub(crate) amount: f64,
     /// The last tightening, and by how much the inequality was exceeded before it.
     last: Option<[f64; 2]>,
 }
 
 impl Margin {
     /// Changes the margin by what is reached: first by all that a step exceeds its ends, then by secants.
-    fn adjust(&mut self, reached: &Reached, aim: f64, hurry: f64) {
+    pub(crate) fn adjust(&mut self, reached: &Reached, aim: f64, hurry: f64) {
         let Some(ends) = reached.ends else {
             return;
         };
@@ -280,7 +280,11 @@ impl<C> Solver<'_, C> {
                     ends: None,
                 };
                 let range = row.within(step, intervals);
-                if row.price.is_some() || planned.is_empty() || range[0] >= range[1] {
+                if row.price.is_some()
+                    || row.only_at_ends
+                    || planned.is_empty()
+                    || range[0] >= range[1]
+                {
                     return nowhere;
                 }
                 let g = |part: f64| {

@@ -334,7 +334,9 @@ impl<C> Solver<'_, C> {
             &self.class.selection(),
             C::OFFSETS,
             self.given(),
-            cost + fuel + self.detour(problem, &iterate.states[1..]),
+            cost + fuel
+                + self.detour(problem, &iterate.states[1..])
+                + charged(problem, set, C::OFFSETS[0]),
             self.barrier_tolerances(),
         )
     }
@@ -365,6 +367,20 @@ impl<C> Solver<'_, C> {
             ..default
         }
     }
+}
+
+/// Estimates what following the known costs of positions is worth: `F²/K` for the sum `F` of their prices.
+fn charged<S, E, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    set: &InequalitySet,
+    position: Option<usize>,
+) -> f64 {
+    let Some(offset) = position.filter(|_| !set.position_costs.is_empty()) else {
+        return 0.0;
+    };
+    let stiffness = problem.stiffness.fixed_rows::<3>(offset).min();
+    let prices = set.position_costs.iter().map(|cost| cost.price.norm());
+    prices.sum::<f64>().powi(2) / stiffness
 }
 
 /// A stationary point under inequalities.

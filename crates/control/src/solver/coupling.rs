@@ -12,7 +12,7 @@ use super::progress::{NewtonSettings, Progress, Start};
 use super::resolution::resolved;
 use crate::discrete::{DiscreteDynamics, KickDriftKick};
 use crate::newton::Ending;
-use crate::{MAX_COMMANDS, Motion, Plan, Sweep, Transfer};
+use crate::{MAX_COMMANDS, Motion, Plan, Transfer};
 
 /// Plans the half of `transfer` that belongs to the class so that it holds when both halves are flown.
 pub(super) fn half<C, const X: usize, const U: usize>(
@@ -46,7 +46,7 @@ where
     let whole = whole(class, transfer);
     let plan = both(&whole, Start::Warm(&plan), again, settings, &mut watch)?;
     // The terminal conditions are not those of the transfer.
-    let sweep = Sweep::default();
+    let sweep = plan.sweep.clone().without_policies();
     Ok(Plan { sweep, ..plan })
 }
 

@@ -9,7 +9,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// The maximum of `g` from `range[0]` to `range[1]`, or a value up to 0 if the maximum is. Maxima that are nearer to each
 /// other than an eighth of the range count as one.
-pub(super) fn highest(range: [f64; 2], g: impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn highest(range: [f64; 2], g: impl Fn(f64) -> f64) -> f64 {
     let width = (range[1] - range[0]) / PARTS as f64;
     let place = |sample: usize| match sample {
         PARTS => range[1],

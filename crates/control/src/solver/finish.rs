@@ -105,6 +105,9 @@ impl<C> Solver<'_, C> {
             wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
         }
         plan.paid = inequalities.paid();
+        if !Q::NONE {
+            plan.sweep = Sweep::of_inequalities(inequalities.multipliers());
+        }
         let (inequality, complementarity) = inequalities.residuals();
         plan.certificate = Certificate {
             stationarity: model.stationarity / model.largest.max(f64::MIN_POSITIVE),

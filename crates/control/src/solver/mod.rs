@@ -24,6 +24,8 @@ mod scale;
 mod tests;
 mod warm;
 
+pub(crate) use between::{Margin, Reached, TOLERANCE as BETWEEN};
+pub(crate) use crest::highest;
 pub use error::PlanError;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 

@@ -85,6 +85,7 @@ impl Units {
         plan.h *= self.time;
         plan.cost *= self.cost;
         plan.paid *= self.cost;
+        plan.sweep.scale(self.cost);
         for state in &mut plan.states {
             *state = self.state(state);
         }

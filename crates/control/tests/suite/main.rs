@@ -10,6 +10,7 @@ mod classes;
 mod constraints;
 mod coupling;
 mod final_time;
+mod formation;
 mod fuel;
 mod inequalities;
 mod maneuvers;

@@ -22,6 +22,15 @@ pub(super) fn ensemble(scene: &Scene, file: &EnsembleFile) -> Result<Ensemble, S
             expected,
         ));
     }
+    let mut planned = scene.maneuver.iter();
+    if planned.any(|maneuver| !maneuver.companions.is_empty()) {
+        let expected = "none beside `maneuver.companions`: samples fly the plan of one body";
+        return Err(SceneError::value(
+            "ensemble.samples",
+            file.samples,
+            expected,
+        ));
+    }
     for (name, value) in [
         ("force_error", file.force_error),
         ("moment_error", file.moment_error),

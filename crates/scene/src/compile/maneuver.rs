@@ -2,6 +2,7 @@ mod actuation;
 mod actuators;
 mod chances;
 mod constraints;
+mod formation;
 mod options;
 mod phases;
 mod prediction;
@@ -10,6 +11,7 @@ mod target;
 
 pub(super) use chances::chances;
 pub(crate) use constraints::ConstraintFile;
+pub(super) use formation::check_formation;
 pub use prediction::Seen;
 pub(crate) use relative::Relative;
 
@@ -27,11 +29,17 @@ use prediction::Predictions;
 /// Largest number of steps of a maneuver: the planner keeps all of them in memory, and one message holds the sequence.
 const MAX_MANEUVER_STEPS: u64 = 1_000_000;
 
-/// Compiles the maneuver of a scene that has none yet.
+/// Compiles the maneuver of a scene that has none yet, with its companions.
 pub(super) fn maneuver<'s>(
     scene: &'s Scene,
     file: &'s ManeuverFile,
 ) -> Result<Maneuver, SceneError> {
+    let alone = of_body(scene, file)?;
+    formation::joined(scene, alone, file)
+}
+
+/// Compiles the part of one body.
+fn of_body<'s>(scene: &'s Scene, file: &'s ManeuverFile) -> Result<Maneuver, SceneError> {
     let body = scene.body_index(&file.body).ok_or_else(|| {
         let names: Vec<_> = scene.bodies.iter().map(|body| body.name.as_str()).collect();
         SceneError::unknown("maneuver.body", &file.body, &names)
@@ -86,6 +94,8 @@ pub(super) fn maneuver<'s>(
         search: options::search(file.search.as_ref())?,
         replan: options::replan(scene, file.replan.as_ref())?,
         feedback: file.feedback,
+        separation: None,
+        companions: Vec::new(),
     };
     options::check_combination(scene, &maneuver, file)?;
     Ok(maneuver)

@@ -56,6 +56,83 @@ pub(crate) struct ManeuverFile {
     pub solver: SolverFile,
     /// Set of states in which the maneuver may end; what it omits is free.
     pub target: TargetFile,
+    /// Least distance between the planned bodies; with `companions`.
+    pub separation: Option<f64>,
+    /// Other bodies that are planned together with this one.
+    #[serde(default)]
+    #[cfg_attr(test, schemars(with = "Vec<CompanionKeys>"))]
+    pub companions: Vec<CompanionFile>,
+}
+
+impl ManeuverFile {
+    /// Gives the companions what all planned bodies have in common.
+    pub(crate) fn join(&mut self) {
+        for CompanionFile(companion) in &mut self.companions {
+            companion.dynamics = self.dynamics;
+            companion.feedback = self.feedback;
+            companion.solver = self.solver;
+        }
+    }
+}
+
+/// The part of the maneuver of a companion, as a maneuver of its own.
+#[derive(Deserialize)]
+#[serde(from = "CompanionKeys")]
+pub(crate) struct CompanionFile(pub ManeuverFile);
+
+/// A body that is planned together with that of the maneuver.
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct CompanionKeys {
+    /// Name of the body.
+    body: String,
+    /// The planned motion: "full" by default.
+    #[serde(default)]
+    motion: MotionFile,
+    /// Weight of the force, as that of the maneuver.
+    force_weight: Option<WeightFile>,
+    /// Weight of the moment, as that of the maneuver.
+    moment_weight: Option<WeightFile>,
+    /// One to fifteen actuators that replace force, moment and their weights.
+    actuators: Option<Vec<ActuatorFile>>,
+    /// "thrusters" plans the forces of the body's thrusters.
+    commands: Option<CommandsFile>,
+    /// Weight of the forces of thrusters, as that of the maneuver.
+    thruster_weight: Option<EachFile>,
+    /// Constraints along its path.
+    #[serde(default)]
+    constraints: Vec<ConstraintFile>,
+    /// Set of states in which it may end.
+    target: TargetFile,
+}
+
+impl From<CompanionKeys> for CompanionFile {
+    fn from(keys: CompanionKeys) -> Self {
+        Self(ManeuverFile {
+            body: keys.body,
+            dynamics: None,
+            processed: false,
+            motion: keys.motion,
+            cost: CostFile::Energy,
+            force_weight: keys.force_weight,
+            moment_weight: keys.moment_weight,
+            actuators: keys.actuators,
+            commands: keys.commands,
+            thruster_weight: keys.thruster_weight,
+            wheel_weight: None,
+            constraints: keys.constraints,
+            confidence: None,
+            final_time: None,
+            search: None,
+            replan: None,
+            feedback: false,
+            solver: SolverFile::default(),
+            target: keys.target,
+            separation: None,
+            companions: Vec::new(),
+        })
+    }
 }
 
 impl ManeuverFile {
@@ -228,7 +305,7 @@ pub(crate) struct ReplanFile {
     pub deadline: f64,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Copy, Default, Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields, default)]
 pub(crate) struct SolverFile {

@@ -11,6 +11,7 @@ mod disturbances;
 mod dockings;
 mod ensembles;
 mod extremes;
+mod formations;
 mod frames;
 mod gravity;
 mod integrators;

@@ -183,9 +183,8 @@ impl FlightData {
 
     /// Whether feedback or errors of the actuators changed the controls on a body that the tracks tell.
     pub(crate) fn is_inexact(&self, body: usize) -> bool {
-        let maneuver = self.scene.maneuver.as_ref();
-        let is_steered =
-            maneuver.is_some_and(|maneuver| maneuver.body == body && maneuver.feedback);
+        let mut planned = self.scene.maneuver.iter().flat_map(Maneuver::planned);
+        let is_steered = planned.any(|planned| planned.body == body && planned.feedback);
         is_steered || self.scene.disturbance.is_some()
     }
 
@@ -193,17 +192,20 @@ impl FlightData {
     /// its end.
     pub(crate) fn cost(&self) -> Option<(&'static str, f64)> {
         let maneuver = self.scene.maneuver.as_ref()?;
-        let track = &self.tracks[maneuver.body];
         let end = self.last().step;
-        if end < self.scene.steps || track.is_empty(end) {
+        let is_missing = |planned: &Maneuver| self.tracks[planned.body].is_empty(end);
+        if end < self.scene.steps || maneuver.planned().any(is_missing) {
             return None;
         }
         let h = self.scene.h();
-        // Every interval gives two corners.
-        let stairs = track.stairs(end);
-        let costs = stairs.chunks(2).map(|interval| {
-            let steps = interval[interval.len() - 1].0 - interval[0].0;
-            steps as f64 * maneuver.interval_cost(&interval[0].1, h)
+        let costs = maneuver.planned().map(|planned| {
+            // Every interval gives two corners.
+            let stairs = self.tracks[planned.body].stairs(end);
+            let costs = stairs.chunks(2).map(|interval| {
+                let steps = interval[interval.len() - 1].0 - interval[0].0;
+                steps as f64 * planned.interval_cost(&interval[0].1, h)
+            });
+            costs.sum::<f64>()
         });
         let kind = if self.is_inexact(maneuver.body) {
             "cost of the plans"

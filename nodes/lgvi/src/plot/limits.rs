@@ -12,10 +12,10 @@ use super::data::FlightData;
 /// Points of a rim.
 const POINTS: u32 = 96;
 
-/// The constraints of a flight's maneuver that hold all the time.
+/// The constraints of the planned bodies that hold all the time.
 pub(super) fn constraints(flight: &FlightData) -> impl Iterator<Item = &Constraint> {
-    let maneuver = flight.scene.maneuver.iter();
-    maneuver.flat_map(|maneuver| &maneuver.constraints)
+    let planned = flight.scene.maneuver.iter().flat_map(Maneuver::planned);
+    planned.flat_map(|planned| &planned.constraints)
 }
 
 /// The constraints of a flight's maneuver and of its phases.

@@ -4,12 +4,10 @@ use std::f64::consts::FRAC_PI_2;
 
 use lgvi_control::Constraint;
 use lgvi_control::constraint::Region;
-use lgvi_scene::Units;
+use lgvi_scene::{Maneuver, Units};
 use nalgebra::Vector3;
 
 use super::data::{FlightData, Pose, Sample};
-use super::limits;
-use super::series::turned;
 
 /// What a constraint bounds, over time.
 pub(crate) struct Margin {
@@ -29,11 +27,11 @@ impl Margin {
     /// That of a constraint on states, if it can be drawn.
     pub(crate) fn of<'s>(
         flight: &FlightData,
+        body: usize,
         constraint: &Constraint,
         samples: impl IntoIterator<Item = &'s Sample>,
     ) -> Option<Self> {
         let scene = &flight.scene;
-        let body = turned(flight);
         let measured = |sample: &Sample| {
             let region = constraint.region_at(scene.h() * sample.step as f64)?;
             Some(Measure::of(&region, &sample.bodies[body], &scene.units))
@@ -52,10 +50,11 @@ impl Margin {
     }
 }
 
-/// Those of all constraints of a flight's maneuver.
-pub(super) fn margins(flight: &FlightData) -> impl Iterator<Item = Margin> {
-    limits::constraints(flight)
-        .filter_map(|constraint| Margin::of(flight, constraint, &flight.samples))
+/// Those of all constraints of a planned body.
+pub(super) fn margins(flight: &FlightData, planned: &Maneuver) -> impl Iterator<Item = Margin> {
+    let constraints = planned.constraints.iter();
+    constraints
+        .filter_map(|constraint| Margin::of(flight, planned.body, constraint, &flight.samples))
 }
 
 /// The value at one state of what a constraint bounds.
@@ -209,7 +208,7 @@ mod tests {
                 (away() / 12.0, 1.0, true),
                 (sun, 40.0, true),
             ];
-            let found: Vec<_> = margins(&flight).collect();
+            let found: Vec<_> = margins(&flight, flight.scene.maneuver.as_ref().unwrap()).collect();
             assert_eq!(found.len(), expected.len());
             for (margin, (start, bound, is_least)) in found.iter().zip(expected) {
                 let title = margin.title;
@@ -228,7 +227,9 @@ mod tests {
     fn a_near_point_is_beside_the_plume() {
         let near = TEXT.replace("distance = 12.0", "distance = 120.0");
         let flight = FlightData::flown(&near, 3, None);
-        let plume = margins(&flight).nth(4).unwrap();
+        let plume = margins(&flight, flight.scene.maneuver.as_ref().unwrap())
+            .nth(4)
+            .unwrap();
         let angle = libm::acos(35.0 / (away() * 2.0_f64.sqrt())).to_degrees() / 60.0;
         assert!(angle > away() / 120.0);
         assert!((plume.values[0] - angle).abs() < 1e-12, "{angle}");

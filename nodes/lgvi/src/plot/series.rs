@@ -3,6 +3,7 @@
 use lgvi_control::Place;
 use lgvi_dynamics::Load;
 use lgvi_lie::to_quaternion;
+use lgvi_scene::Maneuver;
 use nalgebra::{Vector3, Vector4};
 use plotters::style::RGBColor;
 
@@ -201,20 +202,62 @@ fn titled(title: &str, is_soft: bool) -> String {
 type Value = dyn Fn(&Vector3<f64>) -> f64;
 
 /// How near the flight came to the bounds of its states.
-fn margins(flight: &FlightData) -> impl Iterator<Item = Panel> {
-    margins::margins(flight).map(|margin| {
+fn margins(flight: &FlightData) -> Vec<Panel> {
+    let Some(maneuver) = &flight.scene.maneuver else {
+        return Vec::new();
+    };
+    let separation = maneuver.separation;
+    let apart = separation.map(|separation| pairs(flight, maneuver, separation));
+    let each = maneuver.planned().flat_map(|planned| {
+        let of = match separation {
+            Some(_) => format!(", {}", flight.scene.bodies[planned.body].name),
+            None => String::new(),
+        };
+        margins_of(flight, planned, &of)
+    });
+    apart.into_iter().chain(each).collect()
+}
+
+/// The distances between bodies that are planned together.
+fn pairs(flight: &FlightData, maneuver: &Maneuver, separation: f64) -> Panel {
+    let planned: Vec<_> = maneuver.planned().map(|planned| planned.body).collect();
+    let pairs = (0..planned.len()).flat_map(|one| (0..one).map(move |other| [other, one]));
+    let curves = pairs
+        .zip(style::BODIES.iter().cycle())
+        .map(|(pair, color)| {
+            let bodies = pair.map(|place| planned[place]);
+            let [one, other] = bodies.map(|body| &flight.scene.bodies[body].name);
+            Curve {
+                label: format!("{one}, {other}"),
+                color: *color,
+                points: over_time(flight, |sample| {
+                    let [one, other] = bodies.map(|body| sample.bodies[body].position);
+                    (one - other).norm()
+                }),
+            }
+        });
+    Panel {
+        limits: vec![separation * flight.scene.units.length],
+        ..Panel::new("Distance between planned bodies", "m", curves.collect())
+    }
+}
+
+/// The margins of one planned body, with this end of their titles.
+fn margins_of(flight: &FlightData, planned: &Maneuver, of: &str) -> Vec<Panel> {
+    let each = margins::margins(flight, planned).map(|margin| {
         let times = flight.samples.iter().map(|sample| sample.time);
         let points = times.zip(&margin.values);
         let curve = plain(thin(points.map(|(time, value)| [time, *value])));
         Panel {
             limits: vec![margin.bound],
             ..Panel::new(
-                titled(margin.title, margin.is_soft),
+                titled(&format!("{}{of}", margin.title), margin.is_soft),
                 margin.unit,
                 vec![curve],
             )
         }
-    })
+    });
+    each.collect()
 }
 
 /// The body that is turned: that of the maneuver, or the only one.

@@ -88,17 +88,18 @@ pub(super) fn limits(data: &FlightData, samples: &[&Sample], maneuver: &Maneuver
             Some(region) => drawn(region, units.length),
             None => on_load(constraint, units),
         };
-        let plot = Margin::of(data, constraint, samples.iter().copied()).map(|margin| {
-            let mut values = Packed::default();
-            values.push(&margin.values);
-            Plot {
-                title: margin.title,
-                unit: margin.unit,
-                bound: margin.bound,
-                least: margin.is_least,
-                values,
-            }
-        });
+        let plot =
+            Margin::of(data, maneuver.body, constraint, samples.iter().copied()).map(|margin| {
+                let mut values = Packed::default();
+                values.push(&margin.values);
+                Plot {
+                    title: margin.title,
+                    unit: margin.unit,
+                    bound: margin.bound,
+                    least: margin.is_least,
+                    values,
+                }
+            });
         let moving = constraint.downcast_ref::<Moving>();
         let frame = moving.map(|moving| {
             let mut motion = FrameMotion::default();

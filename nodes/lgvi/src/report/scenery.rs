@@ -85,6 +85,8 @@ struct Goal {
     attitude: Option<[f64; 4]>,
     spin_direction: Option<[f64; 3]>,
     limits: Vec<Kept>,
+    /// Those of bodies that are planned together with it.
+    companions: Vec<Goal>,
 }
 
 impl<'a> Scenery<'a> {
@@ -117,7 +119,7 @@ impl<'a> Scenery<'a> {
             maneuver: scene
                 .maneuver
                 .as_ref()
-                .map(|maneuver| goal(data, samples, maneuver)),
+                .map(|maneuver| goal(data, samples, maneuver, Orbits::of(data))),
         }
     }
 }
@@ -181,9 +183,13 @@ fn frames(scene: &Scene) -> Vec<Frame<'_>> {
         .collect()
 }
 
-fn goal(data: &FlightData, samples: &[&Sample], maneuver: &Maneuver) -> Goal {
+fn goal(
+    data: &FlightData,
+    samples: &[&Sample],
+    maneuver: &Maneuver,
+    orbits: Option<Orbits>,
+) -> Goal {
     let units = &data.scene.units;
-    let orbits = Orbits::of(data);
     let points = |orbits: &Orbits, orbit| Packed::of(&orbits.points(orbit));
     let position = maneuver.target.condition(Place::Position);
     let attitude = maneuver.target.condition(Place::Attitude);
@@ -202,5 +208,8 @@ fn goal(data: &FlightData, samples: &[&Sample], maneuver: &Maneuver) -> Goal {
         attitude: final_attitude.map(|target| quaternion(&target.attitude())),
         spin_direction: spin_axis.map(|target| target.direction().into()),
         limits: limits(data, samples, maneuver),
+        companions: (maneuver.companions.iter())
+            .map(|other| goal(data, samples, other, None))
+            .collect(),
     }
 }

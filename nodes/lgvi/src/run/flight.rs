@@ -115,9 +115,12 @@ pub(crate) fn fly(
             },
             None => &options.await_wrench,
         };
-        if let Some(body) = steered.filter(|body| !awaited.contains(body)) {
+        if steered.is_some_and(|body| !awaited.contains(body)) {
+            let planned = maneuver.iter().flat_map(|maneuver| maneuver.planned());
+            let names = planned.map(|planned| scene.bodies[planned.body].name.as_str());
+            let names = names.collect::<Vec<_>>().join(", of ");
             course.progress.say(&format!(
-                "waiting at step 0 for a control sequence for {body} on /lgvi_propagator/control_sequence \
+                "waiting at step 0 for a control sequence for {names} on /lgvi_propagator/control_sequence \
                  (lgvi_msgs/msg/ControlSequence); Ctrl-C ends the wait"
             ));
         }
@@ -215,7 +218,7 @@ impl Course {
 
     fn hear(&mut self, (kind, heard): Update) {
         let event = match heard {
-            Heard::Event(event) => event,
+            Heard::Event(event) => *event,
             Heard::Nonsense(error) => return self.fail(kind, error),
             Heard::End => {
                 self.ended.insert(kind);

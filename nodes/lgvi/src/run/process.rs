@@ -20,7 +20,7 @@ pub(crate) type Update = (NodeKind, Heard);
 /// Something on a node's standard output.
 #[derive(Debug)]
 pub(crate) enum Heard {
-    Event(Event),
+    Event(Box<Event>),
     /// Something that is no event, and why.
     Nonsense(String),
     /// The node has closed its output, which is when it ends.
@@ -114,7 +114,7 @@ pub(crate) fn death(status: ExitStatus) -> Option<String> {
 pub(crate) fn listen(kind: NodeKind, output: impl Read, updates: &Sender<Update>) {
     for report in read_reports(BufReader::new(output)) {
         let (heard, more) = match report {
-            Ok(event) => (Heard::Event(event), true),
+            Ok(event) => (Heard::Event(Box::new(event)), true),
             Err(error @ ReportError::Parse { .. }) => (Heard::Nonsense(error.to_string()), true),
             Err(error @ ReportError::Read(_)) => (Heard::Nonsense(error.to_string()), false),
         };

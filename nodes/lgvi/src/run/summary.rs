@@ -2,9 +2,23 @@
 
 use std::fmt::{Display, Formatter, Result};
 
+use lgvi_common::{Arrival, Miss};
 use lgvi_scene::Scene;
 
 use super::flown::Flown;
+
+/// The line of a planned body; without its name if there is only one.
+fn arrival(f: &mut Formatter<'_>, body: &str, cost: f64, miss: &Miss) -> Result {
+    let of = match body {
+        "" => String::new(),
+        body => format!(" of {body}:"),
+    };
+    write!(
+        f,
+        "\n  arrival  {of} cost {cost:.9}, terminal error {:.1e}: {:.1e} m, {:.1e} kg m/s, {:.1e} rad, {:.1e} kg m²/s",
+        miss.norm, miss.position, miss.linear_momentum, miss.attitude, miss.angular_momentum
+    )
+}
 
 /// A flight of a scene, in a few lines.
 pub(crate) struct Summary<'a>(pub(crate) &'a Scene, pub(crate) &'a Flown);
@@ -45,15 +59,14 @@ impl Display for Summary<'_> {
                 flight.steps, flight.step_size, flight.seconds
             )?;
             if let (Some(miss), Some(cost)) = (&flight.miss, flight.cost) {
-                write!(
-                    f,
-                    "\n  arrival   cost {cost:.9}, terminal error {:.1e}: {:.1e} m, {:.1e} kg m/s, {:.1e} rad, {:.1e} kg m²/s",
-                    miss.norm,
-                    miss.position,
-                    miss.linear_momentum,
-                    miss.attitude,
-                    miss.angular_momentum
-                )?;
+                let first = match flight.companions.is_empty() {
+                    true => "",
+                    false => scene.planned_name(0),
+                };
+                arrival(f, first, cost, miss)?;
+            }
+            for Arrival { body, cost, miss } in &flight.companions {
+                arrival(f, body, *cost, miss)?;
             }
             write!(
                 f,

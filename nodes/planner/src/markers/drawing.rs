@@ -25,6 +25,8 @@ pub(super) struct Drawing {
     length: f64,
     /// Width of lines (m).
     line: f64,
+    /// What is added to all ids.
+    pub(super) first_id: i32,
     markers: Vec<Marker>,
 }
 
@@ -40,6 +42,7 @@ impl Drawing {
             header,
             length,
             line: line * length,
+            first_id: 0,
             markers: vec![clean],
         }
     }
@@ -134,7 +137,7 @@ impl Drawing {
         Marker {
             header: self.header.clone(),
             ns: ns.into(),
-            id,
+            id: self.first_id + id,
             color: rgba(color),
             ..Marker::default()
         }

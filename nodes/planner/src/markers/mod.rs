@@ -19,6 +19,9 @@ use drawing::{Drawing, color};
 /// The most arrows of thrust.
 const ARROWS: usize = 40;
 
+/// Ids of the markers of one body in a namespace.
+const IDS: usize = 1000;
+
 /// Length of the longest, of the drawing's size.
 const LONGEST: f64 = 0.15;
 
@@ -33,20 +36,28 @@ pub(crate) fn markers(scene: &Scene, sequence: &Sequence) -> Result<MarkerArray,
     let Some(maneuver) = &scene.maneuver else {
         return Ok(MarkerArray::default());
     };
-    let body = scene.bodies[maneuver.body].shape().extent();
-    let plan = Picture {
-        scene,
-        maneuver,
-        sequence,
-        body,
-        size: span(&sequence.plan.states).max(4.0 * body),
-    };
+    let pictures = maneuver.planned().zip(sequence.all());
+    let pictures = pictures.map(|(maneuver, sequence)| {
+        let body = scene.bodies[maneuver.body].shape().extent();
+        Picture {
+            scene,
+            maneuver,
+            sequence,
+            body,
+            size: span(&sequence.plan.states).max(4.0 * body),
+        }
+    });
+    let pictures: Vec<_> = pictures.collect();
+    let size = pictures.iter().map(|plan| plan.size).fold(0.0, f64::max);
     let header = header(scene, sequence.first_step)?;
-    let mut drawing = Drawing::new(header, scene.units.length, LINE * plan.size);
-    plan.path(&mut drawing);
-    plan.thrust(&mut drawing);
-    plan.target(&mut drawing);
-    plan.constraints(&mut drawing);
+    let mut drawing = Drawing::new(header, scene.units.length, LINE * size);
+    for (plan, first_id) in pictures.iter().zip((0..).step_by(IDS)) {
+        drawing.first_id = first_id;
+        plan.path(&mut drawing);
+        plan.thrust(&mut drawing);
+        plan.target(&mut drawing);
+        plan.constraints(&mut drawing);
+    }
     Ok(drawing.finish())
 }
 

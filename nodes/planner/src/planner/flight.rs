@@ -101,7 +101,7 @@ impl Planner {
         match plan {
             Ok(Solved { plan, phased, .. }) => {
                 let sufficient = plan.certificate.sufficient;
-                self.publish(first_step, plan, phased)?;
+                self.publish(first_step, solved)?;
                 let seconds = origin.at.elapsed().as_secs_f64();
                 if !sufficient {
                     Warning::new(WarningCode::NotMinimum, NOT_MINIMUM_IN_FLIGHT).tell(&self.events);

@@ -92,13 +92,10 @@ impl Planner {
     ) -> Result<(), NodeError> {
         let body = self.maneuver.body;
         match ended {
-            Ok(Solved {
-                plan,
-                remark,
-                phased,
-            }) => match self.in_time(first_step) {
+            Ok(solved) => match self.in_time(first_step) {
                 Ok(()) => {
-                    let sequence = self.publish(first_step, plan, phased)?;
+                    let remark = solved.remark.clone();
+                    let sequence = self.publish(first_step, solved)?;
                     goal.succeed(&self.scene, body, &sequence, remark);
                 }
                 Err(why) => {

@@ -1,6 +1,7 @@
 //! What the worker does: a task in, a plan out, by the method that the scene asks for.
 
 mod duration;
+mod formation;
 mod phases;
 mod shooting;
 mod shortest;
@@ -168,6 +169,8 @@ pub enum Reason {
 #[derive(Clone, Debug)]
 pub(crate) struct Solved {
     pub(crate) plan: Plan,
+    /// Those of the companions, in their order.
+    pub(crate) companions: Vec<Plan>,
     /// Which of several plans it is, how its commands switch, which soft constraints it violates, and whether it may be no minimum;
     /// empty where none is to be said.
     pub(crate) remark: String,
@@ -187,10 +190,11 @@ pub(crate) struct Phased {
 }
 
 impl Solved {
-    /// A plan of a maneuver without phases.
+    /// A plan of one body in a single leg.
     fn new(plan: Plan, remark: String) -> Self {
         Self {
             plan,
+            companions: Vec::new(),
             remark,
             phased: Phased::default(),
         }
@@ -237,6 +241,9 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     let refused = |error: &dyn Display| Unsolved::new(Reason::Refused, error);
     if maneuver.commands() == Commands::Wheels && task.first_step > 0 {
         return Err(Unsolved::new(Reason::Refused, LATER));
+    }
+    if maneuver.separation.is_some() {
+        return formation::solve(scene, maneuver, task, observe);
     }
     let (initial, propellant, maneuver) = match &task.initial {
         Initial::State(_) if uses_propellant(scene, maneuver) && task.first_step > 0 => {
@@ -468,6 +475,17 @@ impl Iteration {
         self.sufficient = plan.certificate.sufficient;
         self.priced = plan.certificate.priced;
         self.paid = plan.paid;
+    }
+
+    /// Adds what the plan of a companion says of itself: the sum of the costs, the worst of everything else.
+    pub(crate) fn join(&mut self, plan: &Plan) {
+        let mut other = *self;
+        other.settle(plan);
+        self.cost += other.cost;
+        self.violation = self.violation.max(other.violation);
+        self.stationarity = self.stationarity.max(other.stationarity);
+        self.condition = self.condition.max(other.condition);
+        self.sufficient &= other.sufficient;
     }
 }
 

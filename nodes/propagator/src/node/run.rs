@@ -16,7 +16,7 @@ use lgvi_middleware::node::{Managed, Node, NodeError, Stopped};
 use lgvi_middleware::ros::Diagnosed;
 use lgvi_middleware::shm::StatePublisher;
 use lgvi_msgs::shm::{BodySample, Name};
-use lgvi_scene::{Commands, Scene};
+use lgvi_scene::{Commands, Maneuver, Scene};
 use tracing::{info, warn};
 
 use self::commanding::Commanding;
@@ -60,8 +60,8 @@ pub(crate) struct Propagator {
     pub(crate) state_topic: String,
     /// Full-rate states sent.
     pub(crate) samples: u64,
-    /// Cost of the maneuver's controls so far.
-    cost: f64,
+    /// Cost of the controls of each planned body so far.
+    costs: Vec<f64>,
     /// The planned body's state where its last control sequence has ended, if that is before the end of the run.
     arrival: Option<BodyState>,
     /// Steps that could not be made as one.
@@ -156,6 +156,7 @@ impl Managed for Propagator {
         // Last: after an error the process might end while the thread still lets go of shared memory, half of which would stay.
         let link = link::start(node, &shm, &config, &rates, &scene, &names, &monitor)?;
         let sensors = Sensors::new(&scene, link.listened());
+        let planned = scene.maneuver.iter().flat_map(Maneuver::planned).count();
         let now = Instant::now();
         Ok(Self {
             outgoing: Vec::with_capacity(names.len()),
@@ -167,7 +168,7 @@ impl Managed for Propagator {
             states,
             state_topic,
             samples: 0,
-            cost: 0.0,
+            costs: vec![0.0; planned],
             arrival: None,
             cuts: Cuts::default(),
             docked: Vec::new(),
@@ -279,13 +280,12 @@ impl Propagator {
         Ok(())
     }
 
-    /// Begins the flight when the maneuver's body has a control sequence, where that was asked for.
+    /// Begins the flight when all planned bodies have a control sequence, where that was asked for.
     fn await_command(&mut self, node: &Node) -> Result<(), NodeError> {
         let maneuver = self.scene.maneuver.as_ref();
-        let awaited = maneuver
-            .filter(|_| self.config.await_control)
-            .map(|maneuver| maneuver.body);
-        if awaited.is_some_and(|body| !self.flight.commanded(body)) {
+        let awaited = maneuver.filter(|_| self.config.await_control);
+        let is_missing = |planned: &Maneuver| !self.flight.commanded(planned.body);
+        if awaited.is_some_and(|maneuver| maneuver.planned().any(is_missing)) {
             std::thread::sleep(WAIT);
             return Ok(());
         }
@@ -360,17 +360,9 @@ impl Propagator {
         }
         if let Some(maneuver) = &self.scene.maneuver {
             let body = maneuver.body;
-            let h = self.scene.h();
-            let rigid = &self.flight.system().bodies()[body];
-            self.cost += match (maneuver.commands(), rigid.thrusters(), rigid.wheels()) {
-                (Commands::Thrusters, Some(thrusters), _) => {
-                    maneuver.effort_cost(thrusters.states().iter().map(|one| one.thrust), h)
-                }
-                (Commands::Wheels, _, Some(wheels)) => {
-                    maneuver.effort_cost(wheels.states().iter().map(|one| one.torque), h)
-                }
-                _ => maneuver.interval_cost(&self.flight.loads()[body], h),
-            };
+            for (cost, planned) in self.costs.iter_mut().zip(maneuver.planned()) {
+                *cost += cost_of_step(&self.scene, &self.flight, planned);
+            }
             if maneuver.final_time.is_some() && self.flight.sequence_end(body) == Some(step + 1) {
                 self.arrival = Some(self.flight.states()[body]);
             }
@@ -395,7 +387,7 @@ impl Propagator {
         self.link.forget_commands();
         self.commanding.forget()?;
         self.commanding.begin_anew();
-        self.cost = 0.0;
+        self.costs.fill(0.0);
         self.late_controls = 0;
         self.docked.clear();
         self.arrival = None;
@@ -410,6 +402,21 @@ impl Propagator {
         self.start = self.flight.invariants();
         self.resolution.begin(&self.flight);
         self.monitor.begin(&self.flight, &self.start);
+    }
+}
+
+/// The cost of what acted on a planned body in the last step.
+fn cost_of_step(scene: &Scene, flight: &Flight, planned: &Maneuver) -> f64 {
+    let h = scene.h();
+    let rigid = &flight.system().bodies()[planned.body];
+    match (planned.commands(), rigid.thrusters(), rigid.wheels()) {
+        (Commands::Thrusters, Some(thrusters), _) => {
+            planned.effort_cost(thrusters.states().iter().map(|one| one.thrust), h)
+        }
+        (Commands::Wheels, _, Some(wheels)) => {
+            planned.effort_cost(wheels.states().iter().map(|one| one.torque), h)
+        }
+        _ => planned.interval_cost(&flight.loads()[planned.body], h),
     }
 }
 

@@ -55,7 +55,7 @@ pub use plume::Plume;
 pub use rate::AngularRate;
 pub use region::Region;
 pub(in crate::problem) use set::command_limits;
-pub(crate) use set::{InequalitySet, StateInequality};
+pub(crate) use set::{InequalitySet, PositionCost, StateInequality};
 pub use speed::Speed;
 pub use sphere::KeepOutSphere;
 pub use window::During;

@@ -16,6 +16,17 @@ pub(crate) struct InequalitySet {
     pub(crate) state: Vec<StateInequality>,
     /// True if those on states hold at the ends of steps only.
     pub(crate) only_at_ends: bool,
+    /// A known cost of the position at the end of each interval, beside the inequalities; empty if there is none.
+    pub(crate) position_costs: Arc<[PositionCost]>,
+}
+
+/// A known cost `f · (x − r)` of a position.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct PositionCost {
+    /// `f`
+    pub(crate) price: Vector3<f64>,
+    /// `r`, near which the cost is not rounded.
+    pub(crate) reference: Vector3<f64>,
 }
 
 /// A state constraint of a transfer in its own units.
@@ -38,6 +49,8 @@ pub(crate) struct StateInequality {
     pub(crate) price: Option<f64>,
     /// The steps in which it holds, if it does not hold in all.
     window: Option<Window>,
+    /// True if it is not followed between the ends of steps.
+    pub(crate) only_at_ends: bool,
 }
 
 /// For each command, the size that rows without a price allow it alone in all steps, or infinity.
@@ -83,19 +96,12 @@ impl InequalitySet {
                         all.command.push(row);
                     }
                 }
-                Constraint::State(constraint) => all.state.push(StateInequality {
-                    index,
-                    constraint: constraint
-                        .between(&initial.position, end)
-                        .unwrap_or_else(|| constraint.clone()),
-                    units: Units::ones(),
-                    slack: 0.0,
-                    margins: Arc::default(),
-                    spread: Arc::default(),
-                    start: 0.0,
-                    price,
-                    window,
-                }),
+                Constraint::State(constraint) => {
+                    let adapted = constraint.between(&initial.position, end);
+                    let constraint = adapted.unwrap_or_else(|| constraint.clone());
+                    let row = StateInequality::new(index, constraint, price);
+                    all.state.push(StateInequality { window, ..row });
+                }
             }
         }
         all
@@ -129,12 +135,28 @@ impl InequalitySet {
             command: Vec::new(),
             state: self.state.clone(),
             only_at_ends: true,
+            position_costs: Arc::default(),
         })
     }
 
-    /// True if there are no inequalities.
+    /// True if there are no inequalities and no costs of positions.
     pub(crate) fn is_empty(&self) -> bool {
-        self.command.is_empty() && self.state.is_empty()
+        self.command.is_empty() && self.state.is_empty() && self.position_costs.is_empty()
+    }
+
+    /// Adds an inequality on states at the ends of steps, as the constraint with this index.
+    pub(crate) fn add_at_ends(&mut self, index: usize, constraint: Arc<dyn StateConstraint>) {
+        self.state.push(StateInequality {
+            only_at_ends: true,
+            ..StateInequality::new(index, constraint, None)
+        });
+    }
+
+    /// The index after those of all constraints.
+    pub(crate) fn next_index(&self) -> usize {
+        let commands = self.command.iter().map(|row| row.index);
+        let indices = commands.chain(self.state.iter().map(|row| row.index));
+        indices.max().map_or(0, |last| last + 1)
     }
 
     /// The inequalities of the transfer in its own units.
@@ -158,7 +180,17 @@ impl InequalitySet {
                 .collect(),
             state: self.state.iter().map(state).collect(),
             only_at_ends: self.only_at_ends,
+            position_costs: self.position_costs_in_units(units),
         }
+    }
+
+    fn position_costs_in_units(&self, units: &Units) -> Arc<[PositionCost]> {
+        let [own_price, own_length] = [units.length() / units.cost(), units.length().recip()];
+        let costs = self.position_costs.iter().map(|cost| PositionCost {
+            price: own_price * cost.price,
+            reference: own_length * cost.reference,
+        });
+        costs.collect()
     }
 
     /// The inequalities with the prices of violations in a step of length `h`.
@@ -188,8 +220,8 @@ impl InequalitySet {
         let state = |row: &StateInequality| {
             Some(StateInequality {
                 start: row.start + h * intervals as f64,
-                margins: row.margins.get(intervals..).unwrap_or_default().into(),
-                spread: row.spread.get(intervals..).unwrap_or_default().into(),
+                margins: later(&row.margins, intervals),
+                spread: later(&row.spread, intervals),
                 window: rest(row.window)?,
                 ..row.clone()
             })
@@ -198,6 +230,7 @@ impl InequalitySet {
             command: self.command.iter().filter_map(command).collect(),
             state: self.state.iter().filter_map(state).collect(),
             only_at_ends: self.only_at_ends,
+            position_costs: later(&self.position_costs, intervals),
         }
     }
 
@@ -210,9 +243,8 @@ impl InequalitySet {
             ..row.clone()
         });
         Self {
-            command: self.command.clone(),
             state: state.collect(),
-            only_at_ends: self.only_at_ends,
+            ..self.clone()
         }
     }
 
@@ -237,12 +269,32 @@ impl InequalitySet {
         Self {
             command: self.command.iter().map(|row| row.relaxed(slack)).collect(),
             state: self.state.iter().map(state).collect(),
-            only_at_ends: self.only_at_ends,
+            ..self.clone()
         }
     }
 }
 
+/// What follows the first `count` items.
+fn later<T: Clone>(all: &[T], count: usize) -> Arc<[T]> {
+    all.get(count..).unwrap_or_default().into()
+}
+
 impl StateInequality {
+    fn new(index: usize, constraint: Arc<dyn StateConstraint>, price: Option<f64>) -> Self {
+        Self {
+            index,
+            constraint,
+            units: Units::ones(),
+            slack: 0.0,
+            margins: Arc::default(),
+            spread: Arc::default(),
+            start: 0.0,
+            price,
+            window: None,
+            only_at_ends: false,
+        }
+    }
+
     /// The coordinates that it depends on.
     pub(crate) fn coordinates(&self) -> Coordinates {
         self.constraint.coordinates()

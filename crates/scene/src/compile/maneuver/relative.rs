@@ -44,8 +44,25 @@ impl Scene {
     /// # Errors
     /// Returns an error if the motion of a body cannot be predicted.
     pub fn maneuver_seen(&self, seen: &[Seen]) -> Result<Option<Maneuver>, SceneError> {
-        let Some((maneuver, relative)) = self.relative() else {
+        let Some(maneuver) = &self.maneuver else {
             return Ok(None);
+        };
+        let relative = maneuver.planned().any(Maneuver::is_relative);
+        if !relative {
+            return Ok(None);
+        }
+        let each = |part: &Maneuver| self.part_seen(part, seen);
+        let companions = maneuver.companions.iter().map(each);
+        Ok(Some(Maneuver {
+            companions: companions.collect::<Result<_, _>>()?,
+            ..each(maneuver)?
+        }))
+    }
+
+    /// Returns the part of one planned body.
+    fn part_seen(&self, maneuver: &Maneuver, seen: &[Seen]) -> Result<Maneuver, SceneError> {
+        let Some(relative) = &maneuver.relative else {
+            return Ok(maneuver.clone());
         };
         let mut predictions = Predictions::in_flight(self, maneuver.body, seen);
         let target = relative.target(self, maneuver, &mut predictions)?;
@@ -69,26 +86,22 @@ impl Scene {
             let place = format!("maneuver.phases[{number}].constraints");
             phase.constraints = constraints(&files[..], &place)?;
         }
-        Ok(Some(seen))
+        Ok(seen)
     }
 
-    /// Returns the maneuver's target beside these bodies in their states at the end of a flight, or `None` if it is not relative
+    /// Returns the target of a planned body beside these bodies in their states at the end of a flight, or `None` if it is not relative
     /// to other bodies.
     pub(crate) fn target_among(
         &self,
+        maneuver: &Maneuver,
         bodies: &[RigidBody],
         states: &[BodyState],
     ) -> Result<Option<Terminal>, SceneError> {
-        let Some((maneuver, relative)) = self.relative() else {
+        let Some(relative) = &maneuver.relative else {
             return Ok(None);
         };
         let mut predictions = Predictions::at_end(self, maneuver.body, bodies, states);
         relative.target(self, maneuver, &mut predictions).map(Some)
-    }
-
-    fn relative(&self) -> Option<(&Maneuver, &Relative)> {
-        let maneuver = self.maneuver.as_ref()?;
-        Some((maneuver, maneuver.relative.as_deref()?))
     }
 }
 

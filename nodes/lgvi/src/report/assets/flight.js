@@ -23,7 +23,8 @@ class Flight {
       return unpacked;
     });
     this.maneuver = data.scenery.maneuver;
-    for (const limit of this.maneuver?.limits ?? []) {
+    this.planned = this.maneuver ? [this.maneuver, ...this.maneuver.companions] : [];
+    for (const limit of this.planned.flatMap((planned) => planned.limits)) {
       if (limit.plot) limit.plot.values = unpack(limit.plot.values);
       if (limit.frame) limit.frame = { position: unpack(limit.frame.position), attitude: unpack(limit.frame.attitude) };
     }

@@ -1,5 +1,18 @@
 // What a maneuver goes to and keeps clear of.
 
+/** That of all planned bodies, with the `targets` of each. */
+function buildGoals(flight, goals) {
+  const built = { group: new Group(), targets: [], moving: [], orbits: [], surrounds: [], reach: 0 };
+  for (const goal of goals) {
+    const one = buildGoal(flight, goal);
+    built.group.add(one.group);
+    if (one.target) built.targets.push(one.target);
+    for (const key of ["moving", "orbits", "surrounds"]) built[key].push(...one[key]);
+    built.reach = Math.max(built.reach, one.reach);
+  }
+  return built;
+}
+
 /**
  * In the inertial frame: `group` has all of it, `target` the shadow of the body there, `moving` groups with the place of one
  * body or frame and the attitude of one.

@@ -178,7 +178,7 @@ function fillLegend(list, flight, listed, view) {
   };
   for (const body of flight.bodies) if (listed.has(body.index)) add(bodyColor(body.index), body.name);
   if (flight.bodies.length > listed.size) add(COLORS.other, "other bodies", "area");
-  const { maneuver, scenery } = flight;
+  const { maneuver, planned, scenery } = flight;
   const { force, moment } = view.largest;
   if (force > 0) add(COLORS.force, `control force, up to ${short(force, 3)} N`);
   if (moment > 0) add(COLORS.moment, `control moment, up to ${short(moment, 3)} N m`);
@@ -186,7 +186,7 @@ function fillLegend(list, flight, listed, view) {
   if (maneuver?.target_orbit) add(COLORS.target, "target orbit", "dashed");
   if (maneuver?.position || maneuver?.attitude || maneuver?.spin_direction) add(COLORS.target, "target", "area");
   for (const [kind, color, text] of LIMITS) {
-    const found = maneuver?.limits.filter((limit) => limit.kind === kind) ?? [];
+    const found = planned.flatMap(({ limits }) => limits.filter((limit) => limit.kind === kind));
     if (found.length > 0) add(color, found.every(({ soft }) => soft) ? `${text} (soft)` : text, "area");
   }
   if (scenery.attractor) add(COLORS.attractor, scenery.attractor.radius > 0 ? `attractor, radius ${lengthText(scenery.attractor.radius)}` : "attractor (a point)", "area");

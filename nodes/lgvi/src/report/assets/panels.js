@@ -73,7 +73,7 @@ class Panels {
     const host = this.sections.body;
     plots.clear(host);
     const body = flight.bodies[this.body];
-    if (flight.maneuver?.body === this.body) this.showLimits(host);
+    if (this.planned()) this.showLimits(host);
     this.showControls(host);
     this.showAttitude(host, body);
     const rates = this.each((k) => flight.angularVelocity(body, k));
@@ -125,7 +125,7 @@ class Panels {
       const vectors = Array.from({ length: count + 1 }, (_, k) => nth(controls[kind], Math.min(k, count - 1)));
       if (!(most(vectors.map(norm)) > 1e-12 * flight.largest(kind))) continue;
       const curves = COMPONENTS.map((label, i) => ({ label, values: vectors.map((vector) => vector[i]) }));
-      const limits = flight.maneuver?.body === this.body ? flight.maneuver.limits.filter((limit) => limit.of === kind) : [];
+      const limits = this.planned()?.limits.filter((limit) => limit.of === kind) ?? [];
       const constant = (label, value) => curves.push({ label, values: vectors.map(() => value), color: "#d00", dashed: true });
       for (const limit of limits) {
         if (limit.kind === "norm" && limit.limit !== null) {
@@ -147,10 +147,15 @@ class Panels {
     if (notes.length > 0) host.append(note(notes.join(" ")));
   }
 
+  /** What the body goes to and keeps to, if it is planned. */
+  planned() {
+    return this.flight.planned.find(({ body }) => body === this.body);
+  }
+
   /** How near the body comes to what it keeps to. */
   showLimits(host) {
     const { flight, plots } = this;
-    for (const { plot, soft } of flight.maneuver.limits) {
+    for (const { plot, soft } of this.planned().limits) {
       if (!plot) continue;
       const bound = { label: boundName(soft), values: this.each(() => plot.bound), color: "#d00", dashed: true };
       const curves = [{ label: "value", values: plot.values, color: INK }, bound];

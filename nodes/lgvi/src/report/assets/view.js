@@ -42,7 +42,7 @@ class View {
   /** What is there whatever it is seen from. */
   build() {
     const { flight } = this;
-    const { scenery, maneuver } = flight;
+    const { scenery } = flight;
     this.inertial = new Group();
     this.trails = new Trails(flight);
     this.marks = new Marks(this);
@@ -69,7 +69,7 @@ class View {
       this.root.add(arrows.force, arrows.moment);
       return arrows;
     });
-    this.goal = maneuver && buildGoal(flight, maneuver);
+    this.goal = flight.planned.length > 0 ? buildGoals(flight, flight.planned) : null;
     if (this.goal) this.inertial.add(this.goal.group);
   }
 
@@ -116,7 +116,7 @@ class View {
       if (this.frame.kind === "inertial") {
         if (flight.scenery.attractor) points.push(...aroundSphere(flight.scenery.attractor.position, flight.scenery.attractor.radius));
         points.push(...(this.goal?.surrounds ?? []));
-        if (flight.maneuver?.position) points.push(flight.maneuver.position);
+        points.push(...flight.planned.flatMap(({ position }) => (position ? [position] : [])));
         const [low, high] = box(points);
         const near = (place) => place.every((x, i) => x >= low[i] - 0.6 * diagonal(points) && x <= high[i] + 0.6 * diagonal(points));
         if (this.goal?.orbits.every(near)) points.push(...this.goal.orbits);
@@ -234,10 +234,10 @@ class View {
       const place = rotate(back, minus(position, origin));
       this.attractor.scale.setScalar(radius > 0 ? this.enlarged(radius, place, 5) : 6 / this.pixels(place));
     }
-    if (this.goal?.target) {
-      const { origin: at, extent } = this.goal.target.userData;
+    for (const target of this.goal?.targets ?? []) {
+      const { origin: at, extent } = target.userData;
       const place = rotate(back, minus(at, origin));
-      this.goal.target.scale.setScalar(this.enlarged(extent, place, LEAST_PIXELS.few));
+      target.scale.setScalar(this.enlarged(extent, place, LEAST_PIXELS.few));
     }
     for (const { group, place, turn } of this.goal?.moving ?? []) {
       group.position.copy(toVector(flight.poseOf(place, moment).origin));

@@ -20,13 +20,21 @@ pub(super) struct Maneuver {
     dynamics: &'static str,
     solver: &'static str,
     constraints: usize,
+    /// The least distance between planned bodies (m), if there are several.
+    separation: Option<f64>,
+    /// The bodies that are planned together with it.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    companions: Vec<Maneuver>,
     /// What is done beside planning once.
     options: Vec<String>,
 }
 
 impl Maneuver {
     pub(super) fn of(scene: &Scene) -> Option<Self> {
-        let maneuver = scene.maneuver.as_ref()?;
+        Some(Self::of_part(scene, scene.maneuver.as_ref()?))
+    }
+
+    fn of_part(scene: &Scene, maneuver: &lgvi_scene::Maneuver) -> Self {
         let conditions = [Place::Position, Place::Attitude];
         let conditions = conditions.map(|place| maneuver.target.condition(place));
         let conditions = conditions.into_iter().flatten();
@@ -76,7 +84,7 @@ impl Maneuver {
                 "with the {other} where gravity's coupling makes it miss"
             ));
         }
-        Some(Self {
+        Self {
             body: scene.bodies[maneuver.body].name.clone(),
             target: target.join(", "),
             arrival: arrival(scene, maneuver),
@@ -95,8 +103,12 @@ impl Maneuver {
                 SolverMethod::Shooting => "shooting",
             },
             constraints: maneuver.all_constraints().count(),
+            separation: (maneuver.separation).map(|distance| distance * scene.units.length),
+            companions: (maneuver.companions.iter())
+                .map(|other| Self::of_part(scene, other))
+                .collect(),
             options,
-        })
+        }
     }
 }
 
@@ -129,6 +141,8 @@ impl Display for Maneuver {
             dynamics,
             solver,
             constraints,
+            separation,
+            companions,
             options,
         } = self;
         write!(
@@ -148,6 +162,15 @@ impl Display for Maneuver {
         }
         for option in options {
             write!(f, "; {option}")?;
+        }
+        for other in companions {
+            write!(f, "\n              {other}")?;
+        }
+        if let Some(separation) = separation {
+            write!(
+                f,
+                "\n              all together, at least {separation} m from each other"
+            )?;
         }
         Ok(())
     }

@@ -89,7 +89,8 @@ impl Skips {
         let maneuver = scene.maneuver.as_ref();
         let named = scene.bodies.iter().zip(&summary.bodies).enumerate();
         let bodies = named.map(|(index, (named, one))| {
-            let controlled = maneuver.is_some_and(|maneuver| maneuver.body == index);
+            let controlled =
+                maneuver.is_some_and(|maneuver| maneuver.planned().any(|one| one.body == index));
             Body {
                 name: named.name.clone(),
                 translation: translation(one.translation, controlled, neglects(&summary, index)),

@@ -6,7 +6,7 @@
 //! the prices are those of the owner's own plan, the necessary conditions of all bodies are those of the joint problem, with the
 //! same multipliers.
 //!
-//! A round plans each body once, the least compliant first, so that the last plans always keep apart. It maps prices to
+//! A round plans each body once, the least compliant first, so that its plans always keep apart at the ends of steps. It maps prices to
 //! prices `F(f)`. With compliances in the ratio `ρ ≤ 1` its slope is about `−ρ`, so that `f + ½ (F(f) − f)` contracts by
 //! `½ (1 − ρ)`. Anderson's acceleration of this iteration copes with what the ratio does not tell.
 

@@ -222,7 +222,7 @@ impl Scene {
         let planned = self.maneuver.as_ref()?.planned();
         let transfers = planned.map(|maneuver| {
             let initial = self.bodies[maneuver.body].state;
-            self.transfer_of(maneuver, initial, self.steps as usize)
+            self.transfer_of(maneuver, initial, self.steps as usize, &[])
         });
         Some(transfers.collect())
     }

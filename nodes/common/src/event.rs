@@ -227,8 +227,8 @@ pub struct Arrival {
     pub body: String,
     /// Cost of its controls as flown, in the scene's units.
     pub cost: f64,
-    /// How far from its target it ended.
-    pub miss: Miss,
+    /// How far from its target it ended; none where the target is nowhere.
+    pub miss: Option<Miss>,
 }
 
 /// What was missing of the commands for a body, its wheels or its thrusters.

@@ -6,7 +6,6 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use lgvi_common::{Event, PhaseReport, PhasesReport, PlanReport, SoftReport, Warning, WarningCode};
-use lgvi_control::Plan;
 use lgvi_middleware::node::{Node, NodeError};
 use lgvi_middleware::report::Reporter;
 use lgvi_middleware::ros::{ActionServer, Diagnosed};

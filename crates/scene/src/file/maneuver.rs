@@ -122,6 +122,7 @@ impl From<CompanionKeys> for CompanionFile {
             thruster_weight: keys.thruster_weight,
             wheel_weight: None,
             constraints: keys.constraints,
+            phases: Vec::new(),
             confidence: None,
             final_time: None,
             search: None,

@@ -66,7 +66,9 @@ impl Display for Summary<'_> {
                 arrival(f, first, cost, miss)?;
             }
             for Arrival { body, cost, miss } in &flight.companions {
-                arrival(f, body, *cost, miss)?;
+                if let Some(miss) = miss {
+                    arrival(f, body, *cost, miss)?;
+                }
             }
             write!(
                 f,

@@ -93,14 +93,14 @@ impl Planner {
         ended: Result<Solved, Unsolved>,
     ) -> Result<(), NodeError> {
         let first_step = current.first_step;
-        let plan = match ended.map_err(|unsolved| unsolved.message) {
+        let solved = match ended.map_err(|unsolved| unsolved.message) {
             Ok(solved) if self.in_lockstep() => Ok(solved),
             Ok(solved) => self.in_time(first_step).map(|()| solved),
             Err(why) => Err(why),
         };
-        match plan {
-            Ok(Solved { plan, phased, .. }) => {
-                let sufficient = plan.certificate.sufficient;
+        match solved {
+            Ok(solved) => {
+                let sufficient = solved.plan.certificate.sufficient;
                 self.publish(first_step, solved)?;
                 let seconds = origin.at.elapsed().as_secs_f64();
                 if !sufficient {

@@ -68,14 +68,14 @@ pub(super) fn solve(
                 known.len()
             );
             info!("{remark}");
+            let phased = Phased {
+                switches: at,
+                schedules: known.len() as u32,
+                solves,
+            };
             Ok(Solved {
-                plan,
-                remark,
-                phased: Phased {
-                    switches: at,
-                    schedules: known.len() as u32,
-                    solves,
-                },
+                phased,
+                ..Solved::new(plan, remark)
             })
         }
         (None, Some(unsolved)) => Err(unsolved),

@@ -53,7 +53,7 @@ impl Propagator {
         let arrivals = arrivals.map(|((planned, cost), miss)| Arrival {
             body: self.scene.bodies[planned.body].name.clone(),
             cost: *cost,
-            miss: self.in_si(&miss),
+            miss: miss.map(|miss| self.in_si(&miss)),
         });
         arrivals.collect()
     }

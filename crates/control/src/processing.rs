@@ -66,6 +66,7 @@ pub fn processed(transfer: Transfer) -> Result<Transfer, ProcessingError> {
         actuation,
         motion,
         inequalities,
+        off,
         ..
     } = transfer;
     let target = target.try_into().map_err(TransferError::from)?;
@@ -73,6 +74,7 @@ pub fn processed(transfer: Transfer) -> Result<Transfer, ProcessingError> {
     Ok(Transfer {
         motion,
         inequalities,
+        off,
         ..early
     })
 }

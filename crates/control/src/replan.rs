@@ -33,7 +33,8 @@ impl TooLate {
 
 impl Transfer {
     /// The transfer from `state`, the state after `step` steps, to the same target at the same time. Of a transfer by wheels,
-    /// [`Transfer::with_wheel_momenta`] sets the momenta that they have by then.
+    /// [`Transfer::with_wheel_momenta`] sets the momenta that they have by then, and of one by thrusters that use propellant,
+    /// [`Transfer::with_propellant`] sets what is left; `state` has the momenta of the lighter body.
     ///
     /// # Errors
     /// Returns an error if fewer than two intervals remain: one interval cannot reach all twelve coordinates.

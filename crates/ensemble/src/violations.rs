@@ -29,6 +29,8 @@ struct Watched {
     moving: Vec<Arc<dyn StateConstraint>>,
     /// The part of the flight in which it applies.
     applies: RangeInclusive<f64>,
+    /// The ends of steps at which it holds.
+    ends: RangeInclusive<u64>,
 }
 
 /// How a flight has violated a constraint at the ends of its steps.
@@ -56,13 +58,28 @@ impl Watch {
     pub(crate) fn of(scene: &Scene, steps: u64) -> Option<Self> {
         let maneuver = scene.maneuver.as_ref()?;
         maneuver.chances?;
-        let constraints = (0..).zip(&maneuver.constraints);
-        let watched = constraints.filter_map(|(index, constraint)| match constraint {
-            Constraint::State(constraint) => {
-                Some(Watched::new(scene, maneuver, steps, index, constraint))
-            }
-            _ => None,
-        });
+        let own = maneuver.constraints.iter().enumerate();
+        let own = own.map(|(index, constraint)| (index.to_string(), constraint, 0..=steps));
+        // Where the lengths of phases are found, their steps are not known here.
+        let fixed = !maneuver.has_free_phases();
+        let switches = maneuver.proportional_switches(steps);
+        let phases = maneuver.schedule(&switches, steps).enumerate();
+        let phases = phases
+            .filter(|_| fixed)
+            .flat_map(|(number, (phase, [begin, end]))| {
+                let each = phase.constraints.iter().enumerate();
+                each.map(move |(index, constraint)| {
+                    (format!("phases.{number}.{index}"), constraint, begin..=end)
+                })
+            });
+        let watched = own
+            .chain(phases)
+            .filter_map(|(place, constraint, ends)| match constraint {
+                Constraint::State(constraint) => {
+                    Some(Watched::new(scene, maneuver, place, constraint, ends))
+                }
+                _ => None,
+            });
         Some(Self {
             body: maneuver.body,
             steps,
@@ -80,7 +97,8 @@ impl Watch {
         let state = &states[self.body];
         for (watched, violation) in self.constraints.iter().zip(noted) {
             let end = step + 1;
-            if !watched.applies.contains(&(end as f64 / self.steps as f64)) {
+            let part = end as f64 / self.steps as f64;
+            if !(watched.ends.contains(&end) && watched.applies.contains(&part)) {
                 continue;
             }
             let constraint = watched.moving.get(step as usize);
@@ -118,9 +136,9 @@ impl Watched {
     fn new(
         scene: &Scene,
         maneuver: &Maneuver,
-        steps: u64,
-        index: usize,
+        place: String,
         constraint: &Arc<dyn StateConstraint>,
+        ends: RangeInclusive<u64>,
     ) -> Self {
         let start = scene.bodies[maneuver.body].state.position;
         let end = maneuver.target.condition(Place::Position);
@@ -128,11 +146,13 @@ impl Watched {
         let constraint = constraint
             .between(&start, end.map(FinalPosition::position).as_ref())
             .unwrap_or_else(|| constraint.clone());
-        let ends = (1..=steps).map_while(|end| constraint.at(scene.h() * end as f64));
+        let each = 1..=*ends.end();
+        let each = each.map_while(|end| constraint.at(scene.h() * end as f64));
         Self {
-            name: format!("{index}.{}", constraint.name()),
-            moving: ends.collect(),
+            name: format!("{place}.{}", constraint.name()),
+            moving: each.collect(),
             applies: constraint.applies(),
+            ends,
             constraint,
         }
     }

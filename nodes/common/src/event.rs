@@ -186,7 +186,7 @@ pub struct FlightReport {
     pub seconds: f64,
     /// How far from the maneuver's target the flight ended; none without a maneuver.
     pub miss: Option<Miss>,
-    /// Cost of the controls as flown, in the scene's units; none without a maneuver.
+    /// Cost of the controls of the maneuver's own body as flown, in the scene's units; none without a maneuver.
     pub cost: Option<f64>,
     /// What has become of the other bodies that were planned together with that of the maneuver.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]

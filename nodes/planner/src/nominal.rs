@@ -89,7 +89,7 @@ pub fn plan_rest(
 
 /// Why a plan of one body does not do.
 const TOGETHER: &str = "`maneuver.companions` is given, expected none: several bodies are planned together by the planner node, \
-                        as of `lgvi run`";
+                        which `lgvi run` starts";
 
 fn no_maneuver() -> NoPlan {
     NoPlan {
@@ -110,15 +110,10 @@ fn made(
             message: TOGETHER.into(),
         });
     }
-    let Solved {
-        plan,
-        remark,
-        phased,
-        ..
-    } = solve(scene, task, go_on)?;
+    let solved = solve(scene, task, go_on)?;
     Ok(NominalPlan {
-        sequence: Sequence::new(maneuver, task.first_step, plan).in_phases(phased),
-        remark,
+        remark: solved.remark.clone(),
+        sequence: Sequence::of(maneuver, task.first_step, solved),
     })
 }
 

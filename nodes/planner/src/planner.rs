@@ -247,14 +247,7 @@ impl Planner {
     }
 
     fn publish(&mut self, first_step: u64, solved: Solved) -> Result<Sequence, NodeError> {
-        let Solved {
-            plan,
-            companions,
-            phased,
-            ..
-        } = solved;
-        let sequence = Sequence::together(&self.maneuver, first_step, plan, companions);
-        let sequence = sequence.in_phases(phased);
+        let sequence = Sequence::of(&self.maneuver, first_step, solved);
         self.outlet.plan(&self.scene, &sequence)?;
         // As the propagator does: the later one takes the place of those that would begin after it.
         self.sequences

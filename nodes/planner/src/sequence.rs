@@ -31,6 +31,8 @@ pub(crate) struct Sequence {
     pub(crate) body: usize,
     /// Those of the companions, which have none of their own.
     pub(crate) companions: Vec<Self>,
+    /// The maneuver that was planned, if it was seen in flight.
+    pub(crate) seen: Option<Arc<Maneuver>>,
 }
 
 impl Sequence {
@@ -48,26 +50,19 @@ impl Sequence {
             phased: Phased::default(),
             body: maneuver.body,
             companions: Vec::new(),
+            seen: None,
         }
     }
 
-    /// The sequence of a plan in these phases.
-    pub(crate) fn in_phases(self, phased: Phased) -> Self {
-        Self { phased, ..self }
-    }
-
-    /// The sequence of a maneuver with those of its companions.
-    pub(crate) fn together(
-        maneuver: &Maneuver,
-        first_step: u64,
-        plan: Plan,
-        companions: Vec<Plan>,
-    ) -> Self {
-        let others = maneuver.companions.iter().zip(companions);
+    /// The sequence of what was solved, with those of the maneuver's companions.
+    pub(crate) fn of(maneuver: &Maneuver, first_step: u64, solved: Solved) -> Self {
+        let others = maneuver.companions.iter().zip(solved.companions);
         let others = others.map(|(other, plan)| Self::new(other, first_step, plan));
         Self {
             companions: others.collect(),
-            ..Self::new(maneuver, first_step, plan)
+            phased: solved.phased,
+            seen: solved.seen,
+            ..Self::new(maneuver, first_step, solved.plan)
         }
     }
 

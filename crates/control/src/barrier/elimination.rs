@@ -169,7 +169,8 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         };
         let count = self.commands.len();
         let rows = &mut self.command_rows[interval * count..(interval + 1) * count];
-        for (inequality, (row, gradient)) in self.commands.iter().zip(rows) {
+        let all = in_interval(&self.commands, &self.restricts, &self.idle, interval);
+        for (inequality, (row, gradient)) in all.zip(rows) {
             take(row, inequality.price, gradient.dot(v));
         }
         let count = self.states.len();

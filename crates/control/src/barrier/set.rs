@@ -384,9 +384,11 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     /// The errors of the subproblem at the current iterate.
     pub(super) fn measure(&self) -> Measure {
         let mut now = Measure::default();
-        let rows = self.commands.iter().cycle();
-        for ((row, _), inequality) in self.command_rows.iter().zip(rows) {
-            now.take(row, inequality.price, 0.0);
+        let rows = self.command_rows.chunks(self.commands.len().max(1));
+        for (interval, rows) in rows.enumerate() {
+            for ((row, _), inequality) in rows.iter().zip(self.commands_in(interval)) {
+                now.take(row, inequality.price, 0.0);
+            }
         }
         let count = self.states.len();
         for (at, StateRow { row, scale, .. }) in self.state_rows.iter().enumerate() {

@@ -81,7 +81,7 @@ impl Bodies<'_> {
         for adjusted in 0..=MARGINS {
             let change = self.agree(&mut prices, &mut rounds)?;
             let hurry = if adjusted < CALM { 1.0 } else { HURRY };
-            if !self.adjust(hurry) {
+            if !self.adjust(hurry)? {
                 return Ok(self.formation(rounds, change));
             }
         }

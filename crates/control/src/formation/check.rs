@@ -35,6 +35,10 @@ pub fn check_together(transfers: &[Transfer], separation: f64) -> Result<(), For
             let expected = "constraints on the nominal flight";
             return unsupported(body, "constraints that hold with a probability", expected);
         }
+        if transfer.uses_propellant() {
+            let expected = "a constant mass";
+            return unsupported(body, "thrusters that use propellant", expected);
+        }
         if transfer.actuation.minimizes_fuel() {
             return unsupported(body, "a cost of fuel", "a quadratic cost");
         }

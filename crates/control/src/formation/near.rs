@@ -55,27 +55,38 @@ impl Bodies<'_> {
     }
 
     /// Adjusts the margins of steps in which bodies come too near; whether there are any.
-    pub(super) fn adjust(&mut self, hurry: f64) -> bool {
+    ///
+    /// # Errors
+    /// Returns an error if bodies come too near only in steps whose ends are given by start and target.
+    pub(super) fn adjust(&mut self, hurry: f64) -> Result<bool, FormationError> {
         let at_ends = |transfer: &Transfer| transfer.inequalities.only_at_ends;
         if self.transfers.iter().any(at_ends) {
-            return false;
+            return Ok(false);
         }
         let tolerance = self.tolerance();
         let mut near = std::mem::take(&mut self.near);
-        let mut adjusted = false;
+        let (mut adjusted, mut given) = (false, false);
         for Near {
             places, margins, ..
         } in &mut near
         {
             for (margin, reached) in margins.iter_mut().zip(self.reached(*places)) {
-                if reached.excess > tolerance && reached.ends.is_some() {
+                if reached.excess <= tolerance {
+                    continue;
+                }
+                if reached.ends.is_some() {
                     margin.adjust(&reached, 0.5 * tolerance, hurry);
                     adjusted = true;
+                } else {
+                    given = true;
                 }
             }
         }
         self.near = near;
-        adjusted
+        match given && !adjusted {
+            true => Err(self.too_near()),
+            false => Ok(adjusted),
+        }
     }
 
     /// The error of bodies that still come too near to each other within a step.

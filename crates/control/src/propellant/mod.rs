@@ -42,9 +42,13 @@ pub(crate) fn solve(
         Start::Warm(plan) => scaled.entered(plan),
     };
     let mut along = match &plan {
-        Some(plan) if plan.commands.len() == transfer.intervals => scaled.along(plan)?,
-        _ => scaled.with_even_use(0.0),
-    };
+        Some(plan) if plan.commands.len() == transfer.intervals => scaled.along(plan).ok(),
+        _ => None,
+    }
+    .unwrap_or_else(|| {
+        plan = None;
+        scaled.with_even_use(0.0)
+    });
     let mut settling = Settling::default();
     let mut lighter = plan.is_some();
     let mut violation = f64::INFINITY;
@@ -78,7 +82,7 @@ pub(crate) fn solve(
             let states = fly(transfer, &scaled.forces(&found.commands))?;
             let apart = scaled.distance(&stated, &found, &states);
             if apart <= SAME.max(2.0 * found.certificate.terminal) {
-                return Ok(scaled.left(found, states, apart));
+                return Ok(scaled.left(found, Some(states), apart));
             }
             violation = apart;
         }
@@ -87,10 +91,7 @@ pub(crate) fn solve(
         along = next.at(&x);
         plan = Some(found);
     }
-    let last = plan.map(|found| {
-        let states = found.states.clone();
-        scaled.left(found, states, violation)
-    });
+    let last = plan.map(|found| scaled.left(found, None, violation));
     Err(PlanError::NotConverged {
         stationarity: last
             .as_ref()
@@ -115,8 +116,7 @@ pub(crate) fn search(
     let mut found = Vec::new();
     let mut failure = None;
     for Minimum { plan, starts, .. } in minima {
-        let states = plan.states.clone();
-        let guess = scaled.left(plan, states, 0.0);
+        let guess = scaled.left(plan, None, 0.0);
         match solve(transfer, Start::Warm(&guess), &settings.newton, observe) {
             Ok(plan) => count(&mut found, plan, starts),
             Err(error) => {

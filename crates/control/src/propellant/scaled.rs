@@ -149,7 +149,7 @@ impl<'t> Scaled<'t> {
     }
 
     /// A plan of the scaled motion as one of the transfer, with the states of its flight, whose end is so far from its own.
-    pub(super) fn left(&self, plan: Plan, states: Vec<BodyState>, apart: f64) -> Plan {
+    pub(super) fn left(&self, plan: Plan, states: Option<Vec<BodyState>>, apart: f64) -> Plan {
         let masses = Masses::new(self.transfer, self.mass(), &plan.commands);
         let certificate = Certificate {
             terminal: plan.certificate.terminal.max(apart),
@@ -157,7 +157,7 @@ impl<'t> Scaled<'t> {
         };
         let left = self.with_factors(plan, &masses, |mass| mass / self.mass());
         Plan {
-            states,
+            states: states.unwrap_or(left.states),
             certificate,
             ..left
         }
@@ -166,7 +166,7 @@ impl<'t> Scaled<'t> {
     pub(super) fn left_error(&self, error: PlanError) -> PlanError {
         error.with_plan(|plan| {
             let states = fly(self.transfer, &self.forces(&plan.commands)).ok()?;
-            Some(self.left(plan, states, 0.0))
+            Some(self.left(plan, Some(states), 0.0))
         })
     }
 

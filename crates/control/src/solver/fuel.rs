@@ -95,6 +95,10 @@ impl<C> Solver<'_, C> {
             let mut last = None;
             let mut between = 0;
             for (k, own) in newton.iterate.commands.iter().enumerate() {
+                let off = transfer.off(k);
+                if price.commands.clone().all(|command| off.contains(command)) {
+                    continue;
+                }
                 let command = self.class.widened(own);
                 let limited = varies
                     .as_ref()

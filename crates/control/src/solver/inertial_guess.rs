@@ -95,6 +95,7 @@ fn free(transfer: &Transfer) -> Option<Transfer> {
         actuation,
         inequalities: InequalitySet::default(),
         off: None,
+        by_step: None,
         ..transfer.clone()
     })
 }

@@ -299,8 +299,8 @@ fn sample(
 
 /// The scene, with its maneuver relative to where the other bodies were in the flight.
 fn as_flown(scene: Scene, samples: &[Sample]) -> Result<Scene, SceneError> {
-    let relative = scene.maneuver.as_ref().is_some_and(Maneuver::is_relative);
-    if !relative {
+    let mut planned = scene.maneuver.iter().flat_map(Maneuver::planned);
+    if !planned.any(Maneuver::is_relative) {
         return Ok(scene);
     }
     let maneuver = scene.maneuver_seen(&seen(&scene.units, samples))?;
@@ -382,7 +382,7 @@ impl FlightData {
             simulation.advance(&loads).unwrap();
         }
         Self {
-            scene,
+            scene: as_flown(scene, &samples).unwrap(),
             recorded: samples.len() as u64,
             samples,
             tracks,

@@ -18,10 +18,10 @@ pub(super) fn constraints(flight: &FlightData) -> impl Iterator<Item = &Constrai
     planned.flat_map(|planned| &planned.constraints)
 }
 
-/// The constraints of a flight's maneuver and of its phases.
+/// The constraints of the planned bodies and of their phases.
 fn with_phases(flight: &FlightData) -> impl Iterator<Item = &Constraint> {
-    let maneuver = flight.scene.maneuver.iter();
-    maneuver.flat_map(Maneuver::all_constraints)
+    let planned = flight.scene.maneuver.iter().flat_map(Maneuver::planned);
+    planned.flat_map(Maneuver::all_constraints)
 }
 
 /// Those that are a `T`.
@@ -77,7 +77,12 @@ pub(super) fn of_norm(flight: &FlightData, place: Place) -> Option<f64> {
 
 /// The fixed frame nearest to the apex of a corridor that does not move: the port that it leads to.
 pub(super) fn port(flight: &FlightData) -> Option<&Frame> {
-    let mut fixed = constraints(flight).filter(|constraint| !moves(constraint));
+    let own = flight
+        .scene
+        .maneuver
+        .iter()
+        .flat_map(|own| &own.constraints);
+    let mut fixed = own.filter(|constraint| !moves(constraint));
     let apex = fixed.find_map(|constraint| match constraint.region() {
         Some(Region::Corridor { apex, .. }) => Some(apex),
         _ => None,

@@ -182,13 +182,10 @@ fn control(flight: &FlightData, part: &Part) -> Option<Panel> {
             .collect(),
     };
     let mut values = curves.iter().flat_map(|curve| &curve.points);
+    let soft = !limits.is_empty() && limits::is_soft(flight, part.place);
     values.any(|point| point[1] != 0.0).then(|| Panel {
         limits,
-        ..Panel::new(
-            titled(part.title, limits::is_soft(flight, part.place)),
-            part.unit,
-            curves,
-        )
+        ..Panel::new(titled(part.title, soft), part.unit, curves)
     })
 }
 

@@ -90,6 +90,22 @@ fn shown(flight: &FlightData) -> Vec<Panel> {
     panels(flight, Subject::of(flight))
 }
 
+/// A corridor that turns with a satellite is where the satellite was, not where it was expected.
+#[test]
+fn constraints_are_where_other_bodies_were() {
+    let text = include_str!("../../../../scenes/tumbling_replan.toml");
+    let flight = FlightData::flown(text, 240, None);
+    let expected = lgvi_scene::Scene::parse("test", text).unwrap();
+    let [shown, expected] = [&flight.scene, &expected].map(|scene| {
+        let corridor = &scene.maneuver.as_ref().unwrap().constraints[0];
+        let moving: &lgvi_control::constraint::Moving = corridor.downcast_ref().unwrap();
+        moving.pose(240.0).rotation
+    });
+    let satellite = flight.last().bodies[0].attitude;
+    assert!((shown - satellite).norm() < 1e-12);
+    assert!((shown - expected).norm() > 0.1);
+}
+
 #[test]
 fn panels_are_those_of_what_happens() {
     let titles = |name| -> Vec<_> {

@@ -83,23 +83,28 @@ enum Limit {
 pub(super) fn limits(data: &FlightData, samples: &[&Sample], maneuver: &Maneuver) -> Vec<Kept> {
     let scene = &data.scene;
     let units = &scene.units;
-    let limits = maneuver.all_constraints().filter_map(|constraint| {
+    let always = maneuver.constraints.iter().map(|one| (one, true));
+    let phases = maneuver.phases.iter();
+    let in_phases = phases.flat_map(|phase| phase.constraints.iter().map(|one| (one, false)));
+    let limits = always.chain(in_phases).filter_map(|(constraint, always)| {
         let limit = match constraint.region() {
             Some(region) => drawn(region, units.length),
-            None => on_load(constraint, units),
+            // What holds in a phase is not plotted over the whole flight.
+            None if always => on_load(constraint, units),
+            None => None,
         };
-        let plot =
-            Margin::of(data, maneuver.body, constraint, samples.iter().copied()).map(|margin| {
-                let mut values = Packed::default();
-                values.push(&margin.values);
-                Plot {
-                    title: margin.title,
-                    unit: margin.unit,
-                    bound: margin.bound,
-                    least: margin.is_least,
-                    values,
-                }
-            });
+        let samples_of = samples.iter().copied().filter(|_| always);
+        let plot = Margin::of(data, maneuver.body, constraint, samples_of).map(|margin| {
+            let mut values = Packed::default();
+            values.push(&margin.values);
+            Plot {
+                title: margin.title,
+                unit: margin.unit,
+                bound: margin.bound,
+                least: margin.is_least,
+                values,
+            }
+        });
         let moving = constraint.downcast_ref::<Moving>();
         let frame = moving.map(|moving| {
             let mut motion = FrameMotion::default();

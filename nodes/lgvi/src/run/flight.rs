@@ -118,7 +118,7 @@ pub(crate) fn fly(
         if steered.is_some_and(|body| !awaited.contains(body)) {
             let planned = maneuver.iter().flat_map(|maneuver| maneuver.planned());
             let names = planned.map(|planned| scene.bodies[planned.body].name.as_str());
-            let names = names.collect::<Vec<_>>().join(", of ");
+            let names = names.collect::<Vec<_>>().join(", ");
             course.progress.say(&format!(
                 "waiting at step 0 for a control sequence for {names} on /lgvi_propagator/control_sequence \
                  (lgvi_msgs/msg/ControlSequence); Ctrl-C ends the wait"

@@ -33,7 +33,7 @@ const LINE: f64 = 0.003;
 
 /// The plan and its maneuver, in the inertial frame. What was drawn before is deleted first.
 pub(crate) fn markers(scene: &Scene, sequence: &Sequence) -> Result<MarkerArray, StampError> {
-    let Some(maneuver) = &scene.maneuver else {
+    let Some(maneuver) = sequence.seen.as_deref().or(scene.maneuver.as_ref()) else {
         return Ok(MarkerArray::default());
     };
     let pictures = maneuver.planned().zip(sequence.all());

@@ -99,7 +99,7 @@ impl Planner {
                     goal.succeed(&self.scene, body, &sequence, remark);
                 }
                 Err(why) => {
-                    let late = Sequence::new(&self.maneuver, first_step, solved.plan);
+                    let late = Sequence::of(&self.maneuver, first_step, solved);
                     goal.fail(&self.scene, body, (Reason::Refused, &why), Some(&late));
                 }
             },

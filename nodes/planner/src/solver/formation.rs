@@ -4,9 +4,7 @@ use lgvi_control::{FormationError, PlanError, solve_together};
 use lgvi_scene::{Maneuver, Scene};
 use tracing::info;
 
-use super::{
-    Initial, NO_MANEUVER, NOT_MINIMUM, Observe, Reason, Solved, Task, Unsolved, newton_settings,
-};
+use super::{Initial, NO_MANEUVER, Observe, Reason, Solved, Task, Unsolved, newton_settings};
 
 const FROM_START: &str = "bodies that are planned together are planned from the start of the scene, and not anew in flight";
 
@@ -34,30 +32,31 @@ pub(super) fn solve(
     };
     let transfers = transfers.map_err(|error| Unsolved::new(Reason::Refused, error))?;
     let settings = newton_settings(&maneuver.solver);
+    let mut seen = 0_u32;
     let found = solve_together(&transfers, separation, &settings, |now| {
-        !now.iteration.is_multiple_of(EVERY) || observe(&now.into())
+        seen += 1;
+        !seen.is_multiple_of(EVERY) || observe(&now.into())
     })
     .map_err(|error| unsolved(scene, maneuver, error))?;
     let agreement = found.agreement;
     let [one, other] = agreement.nearest.map(|body| scene.planned_name(body));
-    let mut remark = format!(
+    let remark = format!(
         "planned together in {} rounds, prices agree to {:.1e}; {one} and {other} come nearest, to {:.6} m",
         agreement.rounds,
         agreement.price,
         agreement.distance * scene.units.length
     );
     info!("{remark}");
-    if !found.plans.iter().all(|plan| plan.certificate.sufficient) {
-        remark = format!("{remark}; {NOT_MINIMUM}");
-    }
     let mut plans = found.plans.into_iter();
     let Some(plan) = plans.next() else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
-    Ok(Solved {
+    let mut solved = Solved {
         companions: plans.collect(),
         ..Solved::new(plan, remark)
-    })
+    };
+    solved.describe();
+    Ok(solved)
 }
 
 /// The error in the names of the scene.
@@ -131,14 +130,10 @@ mod tests {
         let scene = scene();
         let maneuver = scene.maneuver.as_ref().unwrap();
         let task = Task::whole(&scene, maneuver);
-        let Solved {
-            plan,
-            companions,
-            remark,
-            ..
-        } = solve(&scene, &task, &mut |_| true).unwrap();
+        let solved = solve(&scene, &task, &mut |_| true).unwrap();
+        let remark = &solved.remark;
         assert!(remark.starts_with("planned together in "), "{remark}");
-        let whole = Sequence::together(maneuver, 0, plan, companions);
+        let whole = Sequence::of(maneuver, 0, solved);
         let bodies: Vec<_> = whole.all().map(|one| one.body).collect();
         assert_eq!(bodies, [1, 2, 3]);
         let mut flight = Flight::new(&scene).unwrap();

@@ -171,6 +171,8 @@ pub(crate) struct Solved {
     pub(crate) plan: Plan,
     /// Those of the companions, in their order.
     pub(crate) companions: Vec<Plan>,
+    /// The maneuver as it was seen in flight, if other bodies have a part in it.
+    pub(crate) seen: Option<Arc<Maneuver>>,
     /// Which of several plans it is, how its commands switch, which soft constraints it violates, and whether it may be no minimum;
     /// empty where none is to be said.
     pub(crate) remark: String,
@@ -195,8 +197,29 @@ impl Solved {
         Self {
             plan,
             companions: Vec::new(),
+            seen: None,
             remark,
             phased: Phased::default(),
+        }
+    }
+
+    /// Says how the plans' commands switch, which soft constraints they violate, and whether they may be no minimum.
+    fn describe(&mut self) {
+        let mut all = Iteration::NONE;
+        all.settle(&self.plan);
+        self.companions.iter().for_each(|plan| all.join(plan));
+        if let Some(switching) = self.plan.certificate.switching {
+            info!("{switching}");
+            self.add(&switching.to_string());
+        }
+        let Iteration { priced, paid, .. } = all;
+        if priced > 0.0 {
+            self.add(&format!(
+                "soft constraints are violated by up to {priced:.3e}, which costs {paid:.6e}"
+            ));
+        }
+        if !all.sufficient {
+            self.add(NOT_MINIMUM);
         }
     }
 
@@ -301,19 +324,9 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
             Minimize::Time => shortest::solve(problem, range, observe)?,
         },
     };
-    let certificate = solved.plan.certificate;
-    if let Some(switching) = certificate.switching {
-        info!("{switching}");
-        solved.add(&switching.to_string());
-    }
-    if certificate.priced > 0.0 {
-        let (by, paid) = (certificate.priced, solved.plan.paid);
-        solved.add(&format!(
-            "soft constraints are violated by up to {by:.3e}, which costs {paid:.6e}"
-        ));
-    }
-    if !certificate.sufficient {
-        solved.add(NOT_MINIMUM);
+    solved.describe();
+    if let Cow::Owned(seen) = maneuver {
+        solved.seen = Some(Arc::new(seen));
     }
     Ok(solved)
 }
@@ -486,6 +499,8 @@ impl Iteration {
         self.stationarity = self.stationarity.max(other.stationarity);
         self.condition = self.condition.max(other.condition);
         self.sufficient &= other.sufficient;
+        self.priced = self.priced.max(other.priced);
+        self.paid += other.paid;
     }
 }
 

@@ -6,6 +6,9 @@ use super::of_body;
 use crate::file::{CompanionFile, ManeuverFile, RelativeFile};
 use crate::{Commands, Maneuver, Scene, SceneError, SolverMethod, check};
 
+/// Largest number of bodies that are planned together: nodes that start late get so many control sequences.
+const MOST: usize = 8;
+
 /// The key of the least distance.
 const SEPARATION: &str = "maneuver.separation";
 
@@ -27,6 +30,11 @@ pub(super) fn joined(
         }
         (Some(separation), false) => check::positive(SEPARATION, separation)?,
     };
+    let count = file.companions.len();
+    if count >= MOST {
+        let expected = format!("at most {} of them", MOST - 1);
+        return Err(SceneError::value("maneuver.companions", count, expected));
+    }
     check_options(scene, &alone, file)?;
     let mut companions = Vec::new();
     for (index, CompanionFile(file)) in file.companions.iter().enumerate() {
@@ -157,7 +165,7 @@ fn check_axes(
     Ok(())
 }
 
-/// Checks that the bodies of a scene can be planned together, and that it has nothing that knows one planned body only.
+/// Checks that the bodies of a scene can be planned together.
 pub(in crate::compile) fn check_formation(scene: &Scene) -> Result<(), SceneError> {
     let Some(transfers) = scene.transfers() else {
         return Ok(());

@@ -5,7 +5,7 @@ const LISTED = 5;
 /** Kinds of what a maneuver keeps to, with color and name. */
 const LIMITS = [
   ["keep_out_cone", COLORS.forbidden, "keep-out cone; white: the axis that keeps clear of it"],
-  ["keep_out_ellipsoid", COLORS.forbidden, "keep-out ellipsoid"],
+  ["keep_out_ellipsoid", COLORS.forbidden, "keep-out ellipsoid or sphere"],
   ["keep_in_sphere", COLORS.corridor, "keep-in sphere"],
   ["corridor", COLORS.corridor, "corridor"],
   ["line_of_sight", COLORS.corridor, "line of sight, with the point in it"],
@@ -184,7 +184,7 @@ function fillLegend(list, flight, listed, view) {
   if (moment > 0) add(COLORS.moment, `control moment, up to ${short(moment, 3)} N m`);
   if (maneuver?.initial_orbit) add(COLORS.initial, "initial orbit");
   if (maneuver?.target_orbit) add(COLORS.target, "target orbit", "dashed");
-  if (maneuver?.position || maneuver?.attitude || maneuver?.spin_direction) add(COLORS.target, "target", "area");
+  if (planned.some(({ position, attitude, spin_direction }) => position || attitude || spin_direction)) add(COLORS.target, "target", "area");
   for (const [kind, color, text] of LIMITS) {
     const found = planned.flatMap(({ limits }) => limits.filter((limit) => limit.kind === kind));
     if (found.length > 0) add(color, found.every(({ soft }) => soft) ? `${text} (soft)` : text, "area");

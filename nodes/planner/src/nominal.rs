@@ -6,7 +6,7 @@ use lgvi_scene::{Commands, Scene};
 use thiserror::Error;
 
 use crate::sequence::Sequence;
-use crate::solver::{End, Guess, Initial, Iteration, Reason, Solved, Task, Unsolved, solve};
+use crate::solver::{End, Guess, Initial, Iteration, Reason, Task, Unsolved, solve};
 
 /// A plan of a scene's maneuver, as it is flown.
 #[derive(Clone, Debug)]

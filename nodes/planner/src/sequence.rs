@@ -10,7 +10,7 @@ use lgvi_msgs::stamp::StampError;
 use lgvi_scene::{Commands, Maneuver, Scene};
 use nalgebra::{SMatrix, Vector3};
 
-use crate::solver::Phased;
+use crate::solver::{Phased, Solved};
 
 /// A plan as it is flown: from a step on, with or without its feedback law.
 #[derive(Clone, Debug)]

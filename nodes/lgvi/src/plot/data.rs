@@ -299,8 +299,8 @@ fn sample(
 
 /// The scene, with its maneuver relative to where the other bodies were in the flight.
 fn as_flown(scene: Scene, samples: &[Sample]) -> Result<Scene, SceneError> {
-    let mut planned = scene.maneuver.iter().flat_map(Maneuver::planned);
-    if !planned.any(Maneuver::is_relative) {
+    let is_relative = |maneuver: &Maneuver| maneuver.planned().any(Maneuver::is_relative);
+    if !scene.maneuver.as_ref().is_some_and(is_relative) {
         return Ok(scene);
     }
     let maneuver = scene.maneuver_seen(&seen(&scene.units, samples))?;

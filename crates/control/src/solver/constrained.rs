@@ -262,8 +262,7 @@ impl<C> Solver<'_, C> {
         let Iterate {
             states, commands, ..
         } = &newton.iterate;
-        let mut end = states[self.transfer.intervals];
-        self.transfer.terminal.aim(&mut end);
+        let end = self.aimed(states[self.transfer.intervals]);
         if let Some(violation) = barrier.given_violation(&states[1..], &end) {
             let Violation {
                 constraint,
@@ -339,6 +338,23 @@ impl<C> Solver<'_, C> {
                 + charged(problem, set, C::OFFSETS[0]),
             self.barrier_tolerances(),
         )
+    }
+
+    /// The last state, moved into the terminal set as far as it is planned.
+    fn aimed<const X: usize, const U: usize>(&self, last: BodyState) -> BodyState
+    where
+        C: Class<X, U>,
+    {
+        let mut aimed = last;
+        self.transfer.terminal.aim(&mut aimed);
+        let [translates, rotates] = C::OFFSETS.map(|offset| offset.is_some());
+        if !translates {
+            (aimed.position, aimed.linear_momentum) = (last.position, last.linear_momentum);
+        }
+        if !rotates {
+            (aimed.attitude, aimed.angular_momentum) = (last.attitude, last.angular_momentum);
+        }
+        aimed
     }
 
     /// The states that start and target fix.

@@ -347,9 +347,10 @@ impl Actuation {
             }
         }
         let gram = matrix * matrix.transpose();
-        let values = gram.symmetric_eigenvalues();
-        let least = RANK * values.amax();
-        values.iter().filter(|value| **value > least).count()
+        let Some(svd) = SVD::try_new(gram, false, false, 5.0 * f64::EPSILON, MOST) else {
+            return 0;
+        };
+        svd.rank(RANK * svd.singular_values.amax())
     }
 
     /// `W`; the identity beyond the last command.

@@ -49,6 +49,9 @@ pub enum FlownBy {
 /// Largest number of samples of an ensemble: the names of parts have ten digits for it.
 const MOST_SAMPLES: u64 = 9_999_999_999;
 
+/// The outcome of a flight, and its violations if they are watched.
+type Watched = (Outcome, Option<Vec<Violation>>);
+
 /// Steps after which a simulation is told of.
 const BLOCK: u64 = 256;
 
@@ -204,7 +207,7 @@ impl<'a> Campaign<'a> {
         members: &[Member],
         width: Width,
         flown: &dyn Fn(u64),
-    ) -> Vec<Result<(Outcome, Option<Vec<Violation>>), Failure>> {
+    ) -> Vec<Result<Watched, Failure>> {
         if self.flown_by == FlownBy::Lanes {
             let loads = match &self.guidance {
                 Guidance::OpenLoop(loads) => loads.as_slice(),
@@ -235,11 +238,7 @@ impl<'a> Campaign<'a> {
     }
 
     /// Flies one sample by itself. Returns its violations, too, if they are watched.
-    fn alone(
-        &self,
-        member: &Member,
-        flown: &dyn Fn(u64),
-    ) -> Result<(Outcome, Option<Vec<Violation>>), Failure> {
+    fn alone(&self, member: &Member, flown: &dyn Fn(u64)) -> Result<Watched, Failure> {
         let (bodies, states) = (member.system.bodies().to_vec(), member.states.clone());
         let mut simulation = self.scene.simulation_of(bodies, states, self.scheme)?;
         let actuators = ActuatorErrors {

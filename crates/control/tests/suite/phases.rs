@@ -56,11 +56,11 @@ fn phases(case: &Value, body: &RigidBody) -> Vec<Phase> {
             let limit = NormLimit::new(Place::Position, limit).expect("a limit");
             constraints.push(Constraint::commands(limit));
         }
-        if let Some([center, radius]) = list(&phase["keep_in_sphere"]).as_array() {
+        if let [center, radius] = list(&phase["keep_in_sphere"]) {
             let sphere = KeepInSphere::new(vector(center), number(radius)).expect("a sphere");
             constraints.push(Constraint::state(sphere));
         }
-        if let Some([center, radius]) = list(&phase["keep_out_sphere"]).as_array() {
+        if let [center, radius] = list(&phase["keep_out_sphere"]) {
             let sphere = KeepOutSphere::new(vector(center), number(radius)).expect("a sphere");
             constraints.push(Constraint::state(sphere));
         }

@@ -19,9 +19,7 @@ use lgvi_control::{
     Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
-use lgvi_scene::{
-    Commands, FinalTime, Maneuver, Minimize, Scene, Search, Seen, Solver, SolverMethod,
-};
+use lgvi_scene::{Commands, FinalTime, Maneuver, Minimize, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
 use self::violated::Violated;
@@ -277,7 +275,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         Initial::Forecast(forecast) => {
             let state = forecast.state(scene, maneuver.body, task.first_step);
             let (state, propellant) = state.map_err(|error| refused(&error))?;
-            let now = Seen {
+            let now = lgvi_scene::Seen {
                 step: forecast.from.step,
                 states: forecast.from.states.clone(),
             };

@@ -258,19 +258,23 @@ fn commands_that_are_always_off_are_as_if_there_were_none() {
         let whole = whole.without_commands(0..n, &[4, 5, 6]).expect("steps");
         let plan = planned(&whole).expect("a plan");
         assert!(
-            (plan.cost / expected.cost - 1.0).abs() < 1e-9,
-            "{}",
-            plan.cost
+            (plan.cost / expected.cost - 1.0).abs() < 1e-8,
+            "{} {}",
+            plan.cost,
+            expected.cost
         );
         assert_eq!(plan.certificate.sufficient, expected.certificate.sufficient);
         let pairs = plan.commands.iter().zip(&expected.commands);
         for (found, expected) in pairs {
             assert_eq!(found.rows(4, 3).amax(), 0.0);
-            assert!((found.rows(0, 4) - expected.rows(0, 4)).amax() < 1e-5);
-            assert!((found.rows(7, 5) - expected.rows(4, 5)).amax() < 1e-5);
+            // Cost is of second order in commands.
+            assert!((found.rows(0, 4) - expected.rows(0, 4)).amax() < 1e-3);
+            assert!((found.rows(7, 5) - expected.rows(4, 5)).amax() < 1e-3);
         }
+        // Limits make gains jump where they begin or end to be active.
+        let compared = if constrained { 0 } else { n - 5 };
         let gains = plan.feedback.iter().zip(&expected.feedback);
-        for (found, expected) in gains.take(n - 5) {
+        for (found, expected) in gains.take(compared) {
             let size = expected.amax();
             let off = (found - expected).amax();
             // Gains are those of a model near the plan.

@@ -171,7 +171,33 @@ fn search_in_own_units(
     }
 }
 
-pub(crate) fn rank(minima: &mut [Minimum]) {
+/// The minima that `resolve` makes of others, ranked. Those of which it makes none are left out, unless there is no other.
+pub(crate) fn resolved(
+    minima: Vec<Minimum>,
+    mut resolve: impl FnMut(Plan) -> Result<Plan, PlanError>,
+) -> Result<Vec<Minimum>, PlanError> {
+    let mut found = Vec::new();
+    let mut failure = None;
+    for Minimum { plan, starts, .. } in minima {
+        match resolve(plan) {
+            Ok(plan) => count(&mut found, plan, starts),
+            Err(error) => {
+                let stopped = matches!(error, PlanError::Stopped { .. });
+                failure = failure.or(Some(error));
+                if stopped {
+                    break;
+                }
+            }
+        }
+    }
+    rank(&mut found);
+    match failure {
+        Some(error) if found.is_empty() => Err(error),
+        _ => Ok(found),
+    }
+}
+
+fn rank(minima: &mut [Minimum]) {
     minima.sort_by(|a, b| a.plan.total_cost().total_cmp(&b.plan.total_cost()));
 }
 
@@ -183,7 +209,7 @@ fn keep(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
 }
 
 /// Adds a plan to which `starts` starts led, or adds them to those of a known plan.
-pub(crate) fn count(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
+fn count(found: &mut Vec<Minimum>, plan: Plan, starts: u32) {
     match found.iter_mut().find(|known| same(&known.plan, &plan)) {
         Some(known) => known.starts += starts,
         None => found.push(Minimum {

@@ -13,7 +13,7 @@ mod masses;
 mod scaled;
 mod settle;
 
-use crate::multistart::{count, rank, search_stated};
+use crate::multistart::{resolved, search_stated};
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
 use crate::{Minimum, Plan, SearchSettings, Transfer, TransferError};
 use flight::fly;
@@ -113,26 +113,10 @@ pub(crate) fn search(
     let stated = scaled.stated(&scaled.with_even_use(0.0));
     let minima = search_stated(&stated, settings, &mut *observe)
         .map_err(|error| scaled.left_error(error))?;
-    let mut found = Vec::new();
-    let mut failure = None;
-    for Minimum { plan, starts, .. } in minima {
+    resolved(minima, |plan| {
         let guess = scaled.left(plan, None, 0.0);
-        match solve(transfer, Start::Warm(&guess), &settings.newton, observe) {
-            Ok(plan) => count(&mut found, plan, starts),
-            Err(error) => {
-                let stopped = matches!(error, PlanError::Stopped { .. });
-                failure = failure.or(Some(error));
-                if stopped {
-                    break;
-                }
-            }
-        }
-    }
-    rank(&mut found);
-    match failure {
-        Some(error) if found.is_empty() => Err(error),
-        _ => Ok(found),
-    }
+        solve(transfer, Start::Warm(&guess), &settings.newton, observe)
+    })
 }
 
 impl Transfer {

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SVector, Vector3};
 
-use crate::multistart::{count, rank, search_stated};
+use crate::multistart::{resolved, search_stated};
 use crate::problem::block;
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
 use crate::units::Units;
@@ -103,34 +103,16 @@ pub(crate) fn search(
     let stated = stated(transfer, fly(transfer, &coasting)?.positions());
     let minima = search_stated(&stated, settings, &mut *observe)
         .map_err(|error| left_error(transfer, error))?;
-    let mut found = Vec::new();
-    let mut failure = None;
-    for Minimum { plan, starts, .. } in minima {
-        let plan = fly(transfer, &plan.commands).and_then(|flight| {
-            let apart = distance(&stated, &plan, &flight);
-            if apart <= tolerated(transfer, &plan, &settings.newton) {
-                flight.check_speeds(transfer, &plan.commands)?;
-                return Ok(left(transfer, plan, flight, apart));
-            }
-            let guess = left(transfer, plan, flight, apart);
-            solve(transfer, Start::Warm(&guess), &settings.newton, observe)
-        });
-        match plan {
-            Ok(plan) => count(&mut found, plan, starts),
-            Err(error) => {
-                let stopped = matches!(error, PlanError::Stopped { .. });
-                failure = failure.or(Some(error));
-                if stopped {
-                    break;
-                }
-            }
+    resolved(minima, |plan| {
+        let flight = fly(transfer, &plan.commands)?;
+        let apart = distance(&stated, &plan, &flight);
+        if apart <= tolerated(transfer, &plan, &settings.newton) {
+            flight.check_speeds(transfer, &plan.commands)?;
+            return Ok(left(transfer, plan, flight, apart));
         }
-    }
-    rank(&mut found);
-    match failure {
-        Some(error) if found.is_empty() => Err(error),
-        _ => Ok(found),
-    }
+        let guess = left(transfer, plan, flight, apart);
+        solve(transfer, Start::Warm(&guess), &settings.newton, observe)
+    })
 }
 
 /// Checks that the transfer can be stated as that of a gyrostat.

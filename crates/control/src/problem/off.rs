@@ -106,6 +106,14 @@ impl Transfer {
         all.get(at).copied().unwrap_or_default()
     }
 
+    /// Those of each run of equal steps, with its part of all steps.
+    pub(crate) fn off_shares(&self) -> Vec<(Off, f64)> {
+        let all: Vec<Off> = (0..self.intervals).map(|step| self.off(step)).collect();
+        let runs = all.chunk_by(|one, other| one == other);
+        let share = |run: &[Off]| Some((*run.first()?, run.len() as f64 / all.len() as f64));
+        runs.filter_map(share).collect()
+    }
+
     /// Those of each step, where command `i` is the transfer's command `index(i)`, or none.
     pub(crate) fn off_by_step(&self, index: impl Fn(usize) -> Option<usize>) -> Vec<Off> {
         if self.off.is_none() {

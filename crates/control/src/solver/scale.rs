@@ -3,17 +3,13 @@
 use nalgebra::{SMatrix, SVector};
 
 use crate::Transfer;
-use crate::problem::Vector12;
+use crate::problem::{Off, Vector12};
 
 /// The stiffness of each coordinate at the end: that of a rest-to-rest motion of a free body in the duration.
 pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
     let duration = transfer.h * transfer.intervals as f64;
     let actuation = &transfer.actuation;
-    let inverse = actuation
-        .weight()
-        .try_inverse()
-        .unwrap_or_else(SMatrix::identity);
-    let mut compliance = (actuation.matrix() * inverse * actuation.matrix().transpose()).diagonal();
+    let mut compliance = compliance(transfer);
     if actuation.is_fixed_to_body() {
         // On the average over attitudes.
         let mean = compliance.fixed_rows::<3>(0).mean();
@@ -38,6 +34,20 @@ pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
             4.0 * weight / duration
         }
     })
+}
+
+/// The diagonal of `B W⁻¹ Bᵀ` of the commands that act, on the average over the steps.
+fn compliance(transfer: &Transfer) -> SVector<f64, 6> {
+    let (matrix, weight) = (transfer.actuation.matrix(), transfer.actuation.weight());
+    let without = |off: Off| {
+        let mut weight = *weight;
+        off.decouple(&mut weight, |_| 1.0);
+        let mut inverse = weight.try_inverse().unwrap_or_else(SMatrix::identity);
+        off.decouple(&mut inverse, |_| 0.0);
+        (matrix * inverse * matrix.transpose()).diagonal()
+    };
+    let shares = transfer.off_shares().into_iter();
+    shares.map(|(off, share)| share * without(off)).sum()
 }
 
 /// The weight of each coordinate along the way, per unit of time. Displacements weigh as much as the stiffness of the

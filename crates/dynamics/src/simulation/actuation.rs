@@ -145,6 +145,14 @@ impl Simulation {
         }
     }
 
+    /// Sets the force that a body's engine is asked for from the next step on, inertial frame. Without an engine it does
+    /// nothing.
+    pub fn set_engine_command(&mut self, body: usize, force: Vector3<f64>) {
+        if let Some(thrusters) = self.system.bodies_mut()[body].thrusters_mut() {
+            thrusters.set_engine_command(force);
+        }
+    }
+
     /// Sets the mean forces that a body's thrusters are asked for from the next step on, one per thruster. Without thrusters
     /// it does nothing.
     pub fn set_thruster_commands(&mut self, body: usize, thrust: &[f64]) {

@@ -251,7 +251,7 @@ impl<'a> Campaign<'a> {
             if let Some(maneuver) = &self.scene.maneuver {
                 let state = &simulation.states()[maneuver.body];
                 let load = self.guidance.at(step, state).unwrap_or_default();
-                loads[maneuver.body] = actuators.apply(&load);
+                loads[maneuver.body] = simulation.command(maneuver.body, actuators.apply(&load));
             }
             if let Err(error) = simulation.advance(&loads) {
                 let outcome = Outcome {

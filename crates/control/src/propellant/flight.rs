@@ -10,7 +10,6 @@ use lgvi_dynamics::{BodyState, Load, Method, RigidBody, Simulation, System};
 use crate::discrete::DecouplingError;
 use crate::solver::PlanError;
 use crate::{Command, Transfer};
-use nalgebra::Vector3;
 
 /// The states at `0 … N` under `commands`: thrusters and the engine let pass what is asked for.
 pub(super) fn fly(transfer: &Transfer, commands: &[Command]) -> Result<Vec<BodyState>, PlanError> {
@@ -60,9 +59,7 @@ pub(super) fn fly(transfer: &Transfer, commands: &[Command]) -> Result<Vec<BodyS
     for (step, command) in commands.iter().enumerate() {
         let mut load = Load::default();
         if thrusters.engine().is_some() {
-            load = transfer.actuation.load(command);
-            simulation.set_engine_command(0, load.force);
-            load.force = Vector3::zeros();
+            load = simulation.command(0, transfer.actuation.load(command));
         } else {
             simulation.set_thruster_commands(0, &command.as_slice()[..count]);
         }

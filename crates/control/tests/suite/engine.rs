@@ -91,11 +91,7 @@ impl<F: Attractor + Copy + 'static> Case<F> {
             Simulation::new(system, vec![plan.states[0]], method, plan.h).expect("a simulation");
         let masses = plan.masses(transfer);
         for (k, control) in plan.controls.iter().enumerate() {
-            simulation.set_engine_command(0, control.force);
-            let moment = Load {
-                force: Vector3::zeros(),
-                ..*control
-            };
+            let moment = simulation.command(0, *control);
             simulation.advance(&[moment]).expect("a step");
             let apart = miss(&plan.states[k + 1], &simulation.states()[0]);
             assert!(apart.amax() < 1e-7, "step {k}: {apart:?}");

@@ -145,11 +145,19 @@ impl Simulation {
         }
     }
 
-    /// Sets the force that a body's engine is asked for from the next step on, inertial frame. Without an engine it does
-    /// nothing.
-    pub fn set_engine_command(&mut self, body: usize, force: Vector3<f64>) {
-        if let Some(thrusters) = self.system.bodies_mut()[body].thrusters_mut() {
-            thrusters.set_engine_command(force);
+    /// Asks a body's engine for the force of a load from the next step on. Returns what is left of the load to
+    /// [advance](Self::advance) with: all of it without an engine.
+    pub fn command(&mut self, body: usize, load: Load) -> Load {
+        let thrusters = self.system.bodies_mut()[body].thrusters_mut();
+        match thrusters.filter(|thrusters| thrusters.engine().is_some()) {
+            Some(thrusters) => {
+                thrusters.set_engine_command(load.force);
+                Load {
+                    force: Vector3::zeros(),
+                    ..load
+                }
+            }
+            None => load,
         }
     }
 

@@ -63,8 +63,8 @@ impl Thrusters {
         self.engine.as_ref()
     }
 
-    /// Sets the force that the engine is asked for from the next step on, inertial frame. Without an engine it does nothing.
-    pub fn set_engine_command(&mut self, force: Vector3<f64>) {
+    /// Sets the force that the engine is asked for from the next step on, inertial frame.
+    pub(crate) fn set_engine_command(&mut self, force: Vector3<f64>) {
         self.condition.engine_command = force;
     }
 

@@ -38,6 +38,7 @@ const SHIPPED: [Shipped; 29] = [
     scene!("dispersed_capture", Some((0, PUSH))),
     scene!("docking", None),
     scene!("docking_corridor", Some((0, PUSH))),
+    scene!("earth_mars", None),
     scene!("formation_change", Some((1, PUSH))),
     scene!("free_body", None),
     scene!("inclination_change", Some((0, PUSH))),

@@ -15,6 +15,7 @@ pub const SCENES: [(&str, &str); 29] = [
     shipped!("dispersed_capture"),
     shipped!("docking"),
     shipped!("docking_corridor"),
+    shipped!("earth_mars"),
     shipped!("formation_change"),
     shipped!("free_body"),
     shipped!("inclination_change"),

@@ -337,6 +337,23 @@ fn the_rest_is_planned_with_the_propellant_that_is_left() {
     assert!((end - masses[100]).abs() < 1e-6, "{end} {}", masses[100]);
 }
 
+/// In steps in which the force is off nothing flows out.
+#[test]
+fn a_force_that_is_off_uses_nothing() {
+    let (case, body) = earth_mars(100);
+    for cost in [Cost::Propellant, Cost::Energy] {
+        let transfer = case.transfer(&body, cost).expect("a transfer");
+        let free = planned(&transfer).expect("a plan");
+        let coasting = transfer.without_commands(15..25, &[0, 1, 2]);
+        let coasting = coasting.expect("a transfer");
+        let plan = planned(&coasting).expect("a plan");
+        let masses = plan.masses(&coasting);
+        assert_eq!(masses[15], masses[25]);
+        assert!(plan.cost > free.cost && plan.certificate.sufficient);
+        case.flown(&body, &plan, &coasting);
+    }
+}
+
 #[test]
 fn what_an_engine_does_not_do_is_an_error() {
     let (case, tank) = earth_mars(60);

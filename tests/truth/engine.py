@@ -2,9 +2,9 @@
 anew and solved by CasADi + IPOPT (PyPI casadi 3.8); and the transfer from Earth to Mars in continuous time, by shooting on the
 costates (scipy).
 
-Unknowns are positions, momenta, masses and forces (direct transcription). A step: gas flows out for h/2, half an impulse, a drift,
-half an impulse, gas flows out for h/2. IPOPT solves the problem at least energy first and starts the one at minimum fuel from that
-solution, with the norm of the force as a bound from above on an unknown flow.
+Unknowns are positions, momenta, masses, forces and the norms of these (direct transcription). A step: gas flows out for h/2, half an
+impulse, a drift, half an impulse, gas flows out for h/2. IPOPT solves the problem at least energy first and starts the one at minimum
+fuel from that solution.
 
 Earth to Mars: data of E. Taheri, I. Kolmanovsky, E. Atkins, "Enhanced smoothing technique for indirect optimization of minimum-fuel
 low-thrust trajectories", J. Guidance, Control, and Dynamics 39 (2016), which finds a final mass of 603.94 kg.
@@ -25,7 +25,7 @@ TIME = (LENGTH**3 / GM) ** 0.5
 SPEED = LENGTH / TIME
 MARS = {
     "name": "Earth to Mars", "gm": 1.0, "mass": 1.0, "T": 348.795 * 86400 / TIME,
-    "limit": 0.5e-3 / 1000 * TIME**2 / LENGTH, "exhaust_velocity": 2000 * 9.80665e-3 / SPEED, "uniform": [0.0, 0.0, 0.0],
+    "limit": 0.5e-3 / 1000 * TIME**2 / LENGTH, "exhaust_velocity": 2000 * 9.80665e-3 / SPEED,
     "start": [(np.array([-140699693.0, -51614428.0, 980.0]) / LENGTH).tolist(),
               (np.array([9.774596, -28.07828, 4.337725e-4]) / SPEED).tolist()],
     "end": [(np.array([-172682023.0, 176959469.0, 7948912.0]) / LENGTH).tolist(),
@@ -40,8 +40,7 @@ def plan(case, cost):
     x, p, m, f, q = (ca.MX.sym(s, k, n + e) for s, k, e in (("x", 3, 1), ("p", 3, 1), ("m", 1, 1), ("f", 3, 0), ("q", 1, 0)))
     a = [ca.SX.sym(s, k) for s, k in (("x", 3), ("p", 3), ("m", 1), ("f", 3), ("q", 1))]
     b = [ca.SX.sym(s, k) for s, k in (("X", 3), ("P", 3), ("M", 1))]
-    uniform = ca.DM(case["uniform"])
-    pull = lambda at, mass: mass * uniform - (gm * mass * at / ca.norm_2(at) ** 3 if gm else 0)
+    pull = lambda at, mass: -gm * mass * at / ca.norm_2(at) ** 3
     mass = a[2] - h / 2 * a[4] / c
     half = a[1] * mass / a[2] + h / 2 * (a[3] + pull(a[0], mass))
     last = half + h / 2 * (a[3] + pull(b[0], mass))
@@ -49,26 +48,22 @@ def plan(case, cost):
     step = ca.Function("step", a + b, [step]).map(n)
     steps = step(x[:, :n], p[:, :n], m[:, :n], f, q, x[:, 1:], p[:, 1:], m[:, 1:])
     (x0, v0), (x1, v1) = case["start"], case["end"]
-    ends = [x[:, 0] - x0, p[:, 0] - full * np.array(v0), m[0] - full, x[:, n] - x1]
-    if v1 is not None:
-        ends.append(p[:, n] - m[n] * np.array(v1))
+    ends = [x[:, 0] - x0, p[:, 0] - full * np.array(v0), m[0] - full, x[:, n] - x1, p[:, n] - m[n] * np.array(v1)]
     equal = ca.vertcat(ca.vec(steps), *ends)
     unknowns = ca.vertcat(*[ca.vec(part) for part in (x, p, m, f, q)])
     squares = ca.sum1(f * f)
     # At minimum fuel nothing flows out beside the force, which is asserted.
     norm, bounds = ca.vec(squares - q * q), [ca.vec(q) - limit, -ca.vec(q)]
-    v1 = v1 or v0
     t = np.linspace(0, 1, n + 1)
-    path = np.array([(1 - s) * np.array(x0) + s * np.array(x1) for s in t])
-    if gm:
-        angles = [np.arctan2(at[1], at[0]) for at in (x0, x1)]
-        angles[1] += 2 * np.pi * (angles[1] < angles[0])
-        radii = [np.hypot(at[0], at[1]) for at in (x0, x1)]
-        turn, far = [(1 - t) * e[0] + t * e[1] for e in (angles, radii)]
-        path = np.array([far * np.cos(turn), far * np.sin(turn), path[:, 2]]).T
+    angles = [np.arctan2(at[1], at[0]) for at in (x0, x1)]
+    angles[1] += 2 * np.pi * (angles[1] < angles[0])
+    radii = [np.hypot(at[0], at[1]) for at in (x0, x1)]
+    turn, far, height = [(1 - t) * a + t * b for a, b in (angles, radii, (x0[2], x1[2]))]
+    path = np.array([far * np.cos(turn), far * np.sin(turn), height]).T
     speed = np.gradient(path, case["T"] / n, axis=0)
     masses = full - (0.5 * limit / c * case["T"] * t)
-    guess = np.concatenate([path.flatten(), (masses[:, None] * speed).flatten(), masses, np.full(3 * n, limit / 4), np.full(n, limit / 2)])
+    guess = np.concatenate([path.flatten(), (masses[:, None] * speed).flatten(), masses, np.full(3 * n, limit / 4),
+                            np.full(n, limit / 2)])
     middle = m[:n] - h / 2 * q / c
     energy = h / 2 * ca.sum2(squares * (full / middle) ** 2)
     value, at = solved(case["name"], unknowns, energy, ca.vertcat(equal, norm), bounds, guess)
@@ -117,7 +112,7 @@ def at_random(seed):
     start = [[3.0, 0.0, 0.0], [0.0, 0.57, 0.0]]
     end = [(np.array([1.5, 2.6, 0.0]) + 0.3 * place).tolist(), (np.array([-0.49, 0.28, 0.0]) + 0.1 * way).tolist()]
     return {"name": f"at random {seed}", "gm": 1.0, "mass": 2.0, "N": 60, "T": 6.0, "limit": 0.35, "exhaust_velocity": 1.5,
-            "uniform": [0.0, 0.0, 0.0], "start": start, "end": end}
+            "start": start, "end": end}
 
 
 def main():

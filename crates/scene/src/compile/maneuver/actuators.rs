@@ -1,4 +1,4 @@
-//! Thrusters and reaction wheels as commands.
+//! Thrusters, engines and reaction wheels as commands.
 
 use lgvi_control::constraint::{CommandLimit, NormLimit, Place};
 use lgvi_control::{Actuation, ActuationError, Constraint, Dynamics, MAX_COMMANDS, Motion};

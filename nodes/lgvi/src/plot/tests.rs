@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 29] = [
+const SHIPPED: [Shipped; 30] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),

@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 29] = [
+pub const SCENES: [(&str, &str); 30] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),

@@ -3,17 +3,19 @@
 
 use fastrand::Rng;
 use lgvi_control::constraint::{NormLimit, Place};
+use lgvi_control::shooting::{ExtremalError, ShootingError};
 use lgvi_control::terminal::FinalPosition;
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Plan,
-    PlanError, Start, Terminal, Transfer, TransferError, miss, solve, solve_final_time,
+    Actuation, Chances, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings,
+    Plan, PlanError, Start, Terminal, Transfer, TransferError, Uncertainty, miss, shooting, solve,
+    solve_final_time,
 };
 use lgvi_dynamics::gravity::{Attractor, Central, Uniform};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::thrusters::{Engine, Propellant, Thrusters};
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, System};
 use lgvi_lie::exp;
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, SVector, Vector3};
 
 use crate::fuel::{number, references, vector};
 
@@ -378,6 +380,26 @@ fn what_an_engine_does_not_do_is_an_error() {
     let settings = NewtonSettings::default();
     let free = solve_final_time(&transfer, &time, Start::Cold, &settings, |_| true);
     assert_eq!(free.err(), Some(FinalTimeError::Propellant));
+
+    let uncertainty = Uncertainty {
+        position: 1e-3,
+        ..Uncertainty::default()
+    };
+    let chances = Chances::new(uncertainty, 0.9).expect("chances");
+    let risky = planned(&transfer.clone().with_chances(chances));
+    assert!(matches!(risky, Err(PlanError::ChancesBeside { .. })));
+    let plain = Case {
+        motion: Motion::Full,
+        ..case.clone()
+    };
+    let plain = plain.transfer(&small, Cost::Energy).expect("a transfer");
+    let plain = plain
+        .with_constraints(&[])
+        .with_dynamics(Dynamics::LieEuler);
+    let settings = shooting::Settings::default();
+    let shot = shooting::solve(&plain, SVector::zeros(), &settings, |_| true).err();
+    let unsupported = matches!(shot, Some(ShootingError::Start(ExtremalError::Unsupported)));
+    assert!(unsupported, "{shot:?}");
 
     let columns = [([1.0, 0.0, 0.0, 0.0, 0.0, 0.0], 1.0)];
     let pushes = Actuation::actuators(&columns).expect("an actuation");

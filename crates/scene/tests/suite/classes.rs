@@ -442,6 +442,14 @@ fn what_does_not_fit_an_engine_is_refused_with_its_key() {
         ),
         (plain, with("confidence = 0.9"), "maneuver.confidence"),
         (
+            [
+                "[maneuver]",
+                "[disturbance]\nseed = 1\nforce_error = 0.01\n[maneuver]",
+            ],
+            with("replan = { every = 40, deadline = 1 }"),
+            "disturbance.force_error",
+        ),
+        (
             plain,
             with("commands = \"thrusters\""),
             "a body with `thrusters`",

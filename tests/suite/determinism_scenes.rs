@@ -84,6 +84,7 @@ scenes!(
     dispersed_capture,
     docking,
     docking_corridor,
+    earth_mars,
     formation_change,
     free_body,
     inclination_change,

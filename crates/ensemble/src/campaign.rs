@@ -2,6 +2,7 @@ use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
+use lgvi_control::Motion;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
 use lgvi_dynamics::{BodyState, Load, Skip};
@@ -60,7 +61,7 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// Returns an error if the scene has no `ensemble` table, if the number of samples is out of range, if a maneuver
-    /// lacks commands or commands lack a maneuver, if the scene has no integrator, or if the simulation cannot be
+    /// lacks commands or commands lack a maneuver, if an engine flies it, if the scene has no integrator, or if the simulation cannot be
     /// created.
     pub fn new(
         scene: &'a Scene,
@@ -75,6 +76,12 @@ impl<'a> Campaign<'a> {
         }
         if scene.maneuver.is_some() != guidance.steps().is_some() {
             return Err(EnsembleError::Commands);
+        }
+        if let Some(maneuver) = &scene.maneuver {
+            let named = &scene.bodies[maneuver.body];
+            if named.has_engine() && maneuver.motion != Motion::Rotation {
+                return Err(EnsembleError::Engine(named.name.clone()));
+            }
         }
         let mut scheme = scene.scheme()?;
         scene.simulation(scheme)?;

@@ -80,7 +80,7 @@ fn fly(
 ) -> Option<Vec<BodyState>> {
     let mut loads = vec![Load::default(); simulation.states().len()];
     for control in controls {
-        loads[body] = control;
+        loads[body] = simulation.command(body, control);
         simulation.advance(&loads).ok()?;
     }
     Some(simulation.states().to_vec())

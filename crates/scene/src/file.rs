@@ -12,8 +12,8 @@ mod sensor;
 use serde::Deserialize;
 
 pub(crate) use body::{
-    AttitudeFile, BodyFile, ElementsFile, InertiaFile, MobilityFile, MultipoleFile, PointFile,
-    PolyhedronFile, PropellantFile, RelativeFile, ThrusterFile, WheelFile,
+    AttitudeFile, BodyFile, ElementsFile, EngineFile, InertiaFile, MobilityFile, MultipoleFile,
+    PointFile, PolyhedronFile, PropellantFile, RelativeFile, ThrusterFile, WheelFile,
 };
 pub(crate) use disturbance::{DisturbanceFile, DisturbedBodyFile};
 pub(crate) use docking::{DockingFile, PortFile};

@@ -36,7 +36,7 @@ pub struct Maneuver {
     pub phases: Vec<Phase>,
     /// The probability with which constraints on states hold, or `None` if they hold for the nominal flight.
     pub chances: Option<Chances>,
-    /// The limits of the body's thrusters or wheels, if these are the commands.
+    /// The limits of the body's thrusters or wheels, if these are the commands, or that of its engine.
     pub actuator_limit: Option<Constraint>,
     /// Range of durations, or `None` if the duration is fixed to that of the run.
     pub final_time: Option<FinalTime>,
@@ -179,8 +179,8 @@ impl Maneuver {
     pub fn commands(&self) -> Commands {
         match self.actuator_limit {
             Some(_) if self.actuation.is_of_wheels() => Commands::Wheels,
-            Some(_) => Commands::Thrusters,
-            None => Commands::Loads,
+            Some(_) if self.actuation.is_fixed_to_body() => Commands::Thrusters,
+            _ => Commands::Loads,
         }
     }
 

@@ -86,6 +86,12 @@ pub struct NamedBody {
 }
 
 impl NamedBody {
+    /// Returns true if it has an engine, which exerts commanded forces.
+    pub fn has_engine(&self) -> bool {
+        let thrusters = self.body.thrusters();
+        thrusters.is_some_and(|thrusters| thrusters.engine().is_some())
+    }
+
     /// Returns true if it loses mass.
     pub fn has_propellant(&self) -> bool {
         let thrusters = self.body.thrusters();

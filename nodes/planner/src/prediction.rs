@@ -16,12 +16,12 @@ pub(crate) struct Forecast {
     pub(crate) from: Observed,
     /// What has been published, in the order of the first steps.
     pub(crate) sequences: Vec<Sequence>,
-    /// The propellant that thrusters used before the first of these sequences.
+    /// The propellant that was used before the first of these sequences.
     pub(crate) used_before: f64,
 }
 
 impl Forecast {
-    /// The state of `body` at `step` of the flight, and the propellant that it has left if it has thrusters: flown on by the scene's
+    /// The state of `body` at `step` of the flight, and the propellant that it has left if it has any: flown on by the scene's
     /// own scheme from where it was heard of last, under the sequences that have been published, without disturbance. Each acts
     /// from its first step on, the last first. Propellant has flowed out under them from the start.
     ///
@@ -63,9 +63,8 @@ impl Forecast {
         for step in reached..step {
             let state = &simulation.states()[body];
             let mut newest = sequences.iter().rev();
-            loads[body] = newest
-                .find_map(|sequence| sequence.at(step, state))
-                .unwrap_or_default();
+            let load = newest.find_map(|sequence| sequence.at(step, state));
+            loads[body] = simulation.command(body, load.unwrap_or_default());
             match self.efforts(step) {
                 Some((Commands::Thrusters, thrust)) => {
                     simulation.set_thruster_commands(body, &thrust);
@@ -86,7 +85,7 @@ impl Forecast {
         newest.find_map(|sequence| Some((sequence.commands, sequence.efforts(step)?)))
     }
 
-    /// The propellant that thrusters of `body` have left at a step, under the sequences from the start.
+    /// The propellant that `body` has left at a step, under the sequences from the start.
     fn propellant_left(&self, scene: &Scene, body: usize, step: u64) -> f64 {
         let Some(thrusters) = scene.bodies[body].body.thrusters() else {
             return 0.0;

@@ -223,6 +223,10 @@ impl Flight {
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
         command_actuators(&mut trial, &self.actuators, &self.accepted, self.step());
+        for (body, load) in loads.iter_mut().enumerate() {
+            *load = trial.command(body, *load);
+        }
+        self.pushes.act(self.step(), &mut loads);
         trial
             .advance(&loads)
             .map_err(|error| SetStatesError::Step(scene.step_error(&error)))?;
@@ -285,13 +289,24 @@ impl Flight {
     pub fn advance(&mut self) -> Result<StepReport, StepError> {
         let mut loads = std::mem::take(&mut self.loads);
         self.command(&mut loads, self.simulation.states());
-        self.loads = loads;
         let step = self.simulation.step();
         command_actuators(&mut self.simulation, &self.actuators, &self.accepted, step);
-        self.simulation.advance(&self.loads)
+        for (body, load) in loads.iter_mut().enumerate() {
+            *load = self.simulation.command(body, *load);
+        }
+        self.pushes.act(step, &mut loads);
+        let made = self.simulation.advance(&loads);
+        let bodies = self.simulation.system().bodies();
+        for (load, body) in loads.iter_mut().zip(bodies) {
+            if let Some(thrusters) = body.thrusters() {
+                load.force += thrusters.engine_force();
+            }
+        }
+        self.loads = loads;
+        made
     }
 
-    /// What acts in the present step beside gravity, from these states: accepted sequences and pushes.
+    /// What accepted sequences command in the present step, from these states.
     fn command(&self, loads: &mut [Load], states: &[BodyState]) {
         let step = self.simulation.step();
         for (load, accepted) in loads.iter_mut().zip(&self.accepted) {
@@ -304,7 +319,6 @@ impl Flight {
         if let Some((body, errors)) = &self.errors {
             loads[*body] = errors.apply(&loads[*body]);
         }
-        self.pushes.act(step, loads);
     }
 
     /// Into how many steps one with this report was cut because it could not be made as one; `None` where it could.

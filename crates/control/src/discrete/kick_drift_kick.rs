@@ -69,7 +69,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             Dynamics::Lgvi => (Some(0.5 * h), 0.5 * h),
         };
         let turns = N == 2 && transfer.actuation.is_fixed_to_body();
-        let by_step = transfer.by_step.as_ref().filter(|_| turns);
+        let by_step = transfer.by_step.as_ref().filter(|_| N == 2);
         Self {
             transfer,
             coordinates,
@@ -103,9 +103,10 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         let Transfer { field, body, .. } = self.transfer;
         let loads = self.coordinates.load(field.as_ref(), body, state);
         let turned;
-        let controls = if self.turns {
+        let controls = if self.turns || self.known.is_some() {
             let known = self.known.as_deref().map(|known| &known.loads[k]);
-            turned = turned_force(controls, &state.attitude, known, end);
+            let attitude = self.turns.then_some(&state.attitude);
+            turned = turned_force(controls, attitude, known, end);
             &turned
         } else {
             controls
@@ -203,17 +204,19 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     }
 }
 
-/// Controls whose first, a force in the body frame, is turned to the inertial one, and the known loads at this end of the step.
+/// Controls whose first is turned to the inertial frame if it is a force in the body frame, and the known loads at this end of the step.
 #[cold]
 #[inline(never)]
 fn turned_force<const N: usize>(
     controls: &[Vector3<f64>; N],
-    attitude: &Matrix3<f64>,
+    attitude: Option<&Matrix3<f64>>,
     known: Option<&[Load; 2]>,
     end: End,
 ) -> [Vector3<f64>; N] {
     let mut turned = *controls;
-    turned[0] = attitude * turned[0];
+    if let Some(attitude) = attitude {
+        turned[0] = attitude * turned[0];
+    }
     if let Some(ends) = known {
         let load = &ends[end as usize];
         for (control, known) in turned.iter_mut().zip([load.force, load.moment]) {

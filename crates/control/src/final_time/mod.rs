@@ -80,8 +80,8 @@ pub enum FinalTimeError {
     /// The final time of a plan by reaction wheels is not optimized.
     #[error("the commands are torques of reaction wheels, expected other commands")]
     Wheels,
-    /// The final time of a plan by thrusters that use propellant is not optimized.
-    #[error("the thrusters use propellant, expected thrusters that use none")]
+    /// The final time of a plan that uses propellant is not optimized.
+    #[error("the commands use propellant, expected commands that use none")]
     Propellant,
     /// No plan was found at a final time: at the first one, or closer and closer to one that had a plan.
     #[error("final time {final_time}: {source}")]

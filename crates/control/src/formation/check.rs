@@ -37,7 +37,7 @@ pub fn check_together(transfers: &[Transfer], separation: f64) -> Result<(), For
         }
         if transfer.uses_propellant() {
             let expected = "a constant mass";
-            return unsupported(body, "thrusters that use propellant", expected);
+            return unsupported(body, "commands that use propellant", expected);
         }
         if transfer.actuation.minimizes_fuel() {
             return unsupported(body, "a cost of fuel", "a quadratic cost");

@@ -38,7 +38,7 @@ pub struct Transfer {
     /// Of a transfer by reaction wheels as it is solved: the positions of the body at `0 … N`, in the transfer's unit of length. The
     /// momentum of the wheels is then in the place of the linear momentum, and the commands act on both.
     pub(crate) orbit: Option<Arc<[Vector3<f64>]>>,
-    /// Of a transfer by thrusters that use propellant as it is solved: what changes with the mass.
+    /// Of a transfer that uses propellant as it is solved: what changes with the mass.
     pub(crate) by_step: Option<Arc<ByStep>>,
     /// Rounding error of `[δx, δγ, ζ, δΠ]` at the end, or zero if it is not known.
     pub(crate) rounding: Vector12,
@@ -103,6 +103,11 @@ pub enum TransferError {
         /// Number of commands.
         commands: usize,
     },
+    /// Actuators exert forces on a body whose engine exerts them.
+    #[error(
+        "the commands are actuators that exert forces, expected force and moment: the body has an engine"
+    )]
+    EngineActuators,
     /// The propellant has an inertia that is not in proportion to its mass.
     #[error(
         "the propellant has an inertia of its own, expected none: plans let the body's inertia be in proportion to its mass"
@@ -211,6 +216,17 @@ impl Transfer {
             }
             if wheels.have_friction() {
                 return Err(TransferError::WheelFriction);
+            }
+        }
+        if let Some(all) = body.thrusters()
+            && all.engine().is_some()
+        {
+            let pushes = actuation.matrix().fixed_rows::<3>(0).amax() > 0.0;
+            if pushes && !actuation.is_of_loads() {
+                return Err(TransferError::EngineActuators);
+            }
+            if all.propellant().inertia.is_some() {
+                return Err(TransferError::PropellantInertia);
             }
         }
         if let Some(all) = body.thrusters()

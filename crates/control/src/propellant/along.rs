@@ -1,12 +1,16 @@
 use lgvi_dynamics::Load;
 use nalgebra::DVector;
 
+use crate::Command;
+
 /// What a plan makes of the transfer that is solved.
 pub(super) struct Along {
     /// `ln(m/M)` in the middle of each step.
     pub(super) masses: Vec<f64>,
     /// The cost of mass flows in each step.
     pub(super) costs: Vec<f64>,
+    /// The derivatives of the mass flow by the commands, in parts of the mass with all propellant.
+    pub(super) flows: Vec<Command>,
     /// Loads beside those of the commands.
     pub(super) loads: Vec<[Load; 2]>,
     /// The largest cost that prices and inequalities hold against a mass flow.
@@ -16,13 +20,14 @@ pub(super) struct Along {
 impl Along {
     /// The changes of the masses, and of the costs relative to their size.
     pub(super) fn changes(&self, to: &Self) -> [f64; 2] {
-        let most = |[a, b]: [&[f64]; 2]| {
-            let each = a.iter().zip(b);
-            each.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        let masses = self.masses.iter().zip(&to.masses);
+        let cost = |k: usize| {
+            let [before, after] = [self, to].map(|along| along.costs[k] * along.flows[k]);
+            (after - before).norm() / to.flows[k].norm().max(f64::MIN_POSITIVE)
         };
         [
-            most([&self.masses, &to.masses]),
-            most([&self.costs, &to.costs]) / to.size,
+            masses.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max),
+            (0..to.costs.len()).map(cost).fold(0.0, f64::max) / to.size,
         ]
     }
 

@@ -3,7 +3,8 @@
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{Matrix3, Vector3};
 
-use super::masses::{Masses, flows};
+use super::flows::Flows;
+use super::masses::Masses;
 use crate::{Command, Transfer};
 
 /// The loads of the Coriolis force and of the jet damping in the scaled motion, at both ends of each step, if the body turns as
@@ -16,9 +17,13 @@ pub(super) fn loads(
     forces: &[Command],
 ) -> Vec<[Load; 2]> {
     let inertia = transfer.body.inertia().matrix() / transfer.body.mass();
-    let flows = flows(transfer);
+    let flows = Flows::of(transfer);
     let at = |k: usize, state: &BodyState, [before, after]: [f64; 2], begins: bool| {
-        Outflow::of(transfer, &flows.component_mul(&forces[k])).map_or_else(Load::default, |out| {
+        Outflow::of(
+            transfer,
+            &flows.gradient(&forces[k]).component_mul(&forces[k]),
+        )
+        .map_or_else(Load::default, |out| {
             // Momenta of the scaled motion are those of the full body.
             let rate = inertia
                 .try_inverse()

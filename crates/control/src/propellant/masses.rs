@@ -1,10 +1,9 @@
 //! The mass along a plan, and what it costs.
 
-use lgvi_dynamics::thrusters::Thruster;
-
+use super::flows::Flows;
 use crate::{Command, Transfer};
 
-/// The masses of a body whose thrusters use propellant, in steps under the commands `w` of its scaled motion.
+/// The masses of a body that uses propellant, in steps under the commands `w` of its scaled motion.
 pub(super) struct Masses {
     /// At `0 … N`.
     pub(super) ends: Vec<f64>,
@@ -14,32 +13,21 @@ pub(super) struct Masses {
     parts: Vec<f64>,
 }
 
-/// `q`: the mass flows per force of the thrusters of a transfer.
-pub(super) fn flows(transfer: &Transfer) -> Command {
-    let thrusters = transfer.body.thrusters().into_iter();
-    let all = thrusters.flat_map(|thrusters| thrusters.thrusters());
-    let mut flows = Command::zeros();
-    let each = all.map(|thruster: &Thruster| thruster.exhaust_velocity.recip());
-    for (flow, of) in flows.iter_mut().zip(each) {
-        *flow = of;
-    }
-    flows
-}
-
 impl Masses {
     /// The masses from that of the transfer's body on. `full` is the mass with all propellant.
     pub(super) fn new(transfer: &Transfer, full: f64, commands: &[Command]) -> Self {
-        let flows = flows(transfer) * (transfer.h / full);
-        let parts = commands.iter().map(|command| flows.dot(&open(command)));
+        let flows = Flows::of(transfer);
+        let part = |command| flows.rate(command) * (transfer.h / full);
+        let parts = commands.iter().map(part);
         Self::of_parts(transfer.body.mass(), parts.collect())
     }
 
-    /// The masses under the forces of the thrusters themselves.
+    /// The masses under the forces themselves.
     pub(super) fn under(transfer: &Transfer, forces: &[Command]) -> Self {
-        let flows = flows(transfer);
+        let flows = Flows::of(transfer);
         let mut mass = transfer.body.mass();
         let part = |force: &Command| {
-            let used = transfer.h * flows.dot(force);
+            let used = transfer.h * flows.rate(force);
             let part = used / (mass - 0.5 * used);
             mass -= used;
             part
@@ -94,11 +82,6 @@ impl Masses {
         }
         costs
     }
-}
-
-/// Forces of thrusters, which a solver may leave below 0 by its tolerance.
-pub(super) fn open(command: &Command) -> Command {
-    command.map(|force| force.max(0.0))
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Plans by thrusters that use propellant.
+//! Plans by thrusters, or by an engine, that use propellant.
 //!
 //! With the momenta in proportion to the mass, `γ̃ = γ M/m` and `Π̃ = Π M/m`, and the commands `w = F M/m`, where M is the mass
 //! with all propellant and m of the commands that in the middle of a step, a step of the body that loses mass is one of the
@@ -9,13 +9,14 @@
 mod along;
 mod ejection;
 mod flight;
+mod flows;
 mod masses;
 mod scaled;
 mod settle;
 
 use crate::multistart::{resolved, search_stated};
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
-use crate::{Minimum, Plan, SearchSettings, Transfer, TransferError};
+use crate::{Minimum, Motion, Plan, SearchSettings, Transfer, TransferError};
 use flight::fly;
 use masses::Masses;
 use scaled::Scaled;
@@ -28,7 +29,7 @@ const SAME: f64 = 1e-8;
 /// Largest number of times that the transfer is solved.
 const MOST: usize = 60;
 
-/// [`crate::solve`] for a transfer by thrusters that use propellant.
+/// [`crate::solve`] for a transfer that uses propellant.
 pub(crate) fn solve(
     transfer: &Transfer,
     start: Start<'_>,
@@ -103,7 +104,7 @@ pub(crate) fn solve(
     })
 }
 
-/// [`crate::search`] for a transfer by thrusters that use propellant, among the minima of a body that does not lose mass.
+/// [`crate::search`] for a transfer that uses propellant, among the minima of a body that does not lose mass.
 pub(crate) fn search(
     transfer: &Transfer,
     settings: &SearchSettings,
@@ -122,9 +123,14 @@ pub(crate) fn search(
 impl Transfer {
     /// Whether the commands use propellant.
     pub(crate) fn uses_propellant(&self) -> bool {
-        let thrusters = self.body.thrusters().into_iter();
-        let mut all = thrusters.flat_map(|thrusters| thrusters.thrusters());
-        self.actuation.is_fixed_to_body() && all.any(|one| one.exhaust_velocity.is_finite())
+        let Some(all) = self.body.thrusters() else {
+            return false;
+        };
+        let mut thrusters = all.thrusters().iter();
+        if self.actuation.is_fixed_to_body() {
+            return thrusters.any(|one| one.exhaust_velocity.is_finite());
+        }
+        all.engine().is_some() && self.motion != Motion::Rotation && self.actuation.is_of_loads()
     }
 
     /// The transfer of a body that has so much propellant left at its start. The momenta of the target remain those of the body

@@ -8,7 +8,8 @@ use nalgebra::SVector;
 use super::along::Along;
 use super::ejection;
 use super::flight::fly;
-use super::masses::{Masses, flows, open};
+use super::flows::Flows;
+use super::masses::Masses;
 use crate::problem::{ByStep, block};
 use crate::solver::{PlanError, command_forces};
 use crate::units::Units;
@@ -19,12 +20,14 @@ pub(super) struct Scaled<'t> {
     transfer: &'t Transfer,
     /// The transfer with all propellant.
     full: Transfer,
+    flows: Flows,
 }
 
 impl<'t> Scaled<'t> {
     pub(super) fn new(transfer: &'t Transfer) -> Result<Self, PlanError> {
         let (dynamics, motion) = (transfer.dynamics, transfer.motion);
-        if dynamics != Dynamics::Lgvi || motion != Motion::Full {
+        let halved = motion != Motion::Full && transfer.actuation.is_fixed_to_body();
+        if dynamics != Dynamics::Lgvi || halved {
             return Err(PlanError::PropellantDoes { dynamics, motion });
         }
         let mut full = transfer.clone();
@@ -33,7 +36,11 @@ impl<'t> Scaled<'t> {
         }
         let factor = full.body.mass() / transfer.body.mass();
         full.initial = resized(&transfer.initial, factor);
-        Ok(Self { transfer, full })
+        Ok(Self {
+            transfer,
+            full,
+            flows: Flows::of(transfer),
+        })
     }
 
     /// `M`
@@ -42,10 +49,10 @@ impl<'t> Scaled<'t> {
     }
 
     pub(super) fn stated(&self, along: &Along) -> Transfer {
-        let flows = flows(self.transfer) / self.mass();
+        let costs = along.costs.iter().zip(&along.flows);
         let by_step = ByStep {
             limits: along.masses.iter().map(|mass| (-mass).exp()).collect(),
-            costs: along.costs.iter().map(|cost| *cost * flows).collect(),
+            costs: costs.map(|(cost, flows)| *cost * flows).collect(),
             loads: along.loads.clone(),
         };
         Transfer {
@@ -64,6 +71,7 @@ impl<'t> Scaled<'t> {
                 .map(|step| (middle(step) / self.mass()).ln())
                 .collect(),
             costs: vec![0.0; steps],
+            flows: vec![Command::zeros(); steps],
             loads: vec![[Load::default(); 2]; steps],
             size: 1.0,
         }
@@ -98,24 +106,30 @@ impl<'t> Scaled<'t> {
         };
         let forces = command_forces(&self.stated(&along), plan)?;
         let (actuation, h) = (&transfer.actuation, transfer.h);
-        let flows = flows(transfer) / mass;
         let each = plan.commands.iter().zip(&forces);
         let held = each.map(|(w, force)| (force.dot(w) - h * actuation.rate(w)).max(0.0));
         along.costs = masses.costs(&held.collect::<Vec<_>>());
-        let sizes = forces.iter().map(|force| {
-            let each = force.iter().zip(&flows).filter(|(_, flow)| **flow > 0.0);
-            each.map(|(force, flow)| (force / (h * flow)).abs())
-                .fold(0.0, f64::max)
-        });
+        // `−Bᵀ λ`, along which commands act.
+        let primer = |(w, force): (&Command, &Command)| match actuation.minimizes_fuel() {
+            true => *force,
+            false => force + h * (actuation.weight() * w),
+        };
+        let primers = plan.commands.iter().zip(&forces).map(primer);
+        along.flows = primers
+            .map(|primer| self.flows.gradient(&primer) / mass)
+            .collect();
+        let sizes = forces
+            .iter()
+            .map(|force| self.flows.largest(force) * mass / h);
         along.size = sizes.fold(f64::MIN_POSITIVE, f64::max);
         Ok(along)
     }
 
-    /// The forces of the thrusters.
+    /// The commands of the transfer for those of the scaled motion.
     pub(super) fn forces(&self, commands: &[Command]) -> Vec<Command> {
         let masses = Masses::new(self.transfer, self.mass(), commands);
         let each = commands.iter().zip(&masses.middles);
-        each.map(|(w, middle)| open(w) * (middle / self.mass()))
+        each.map(|(w, middle)| self.flows.open(w) * (middle / self.mass()))
             .collect()
     }
 
@@ -135,7 +149,11 @@ impl<'t> Scaled<'t> {
         ends.map_or(0.0, |((planned, flown), mass)| {
             let flown = resized(flown, self.mass() / mass);
             let apart = miss(planned, &flown).component_div(&Units::of(stated).variations());
-            (0..4)
+            let blocks = match self.transfer.motion {
+                Motion::Translation => 0..2,
+                _ => 0..4,
+            };
+            blocks
                 .map(|which| block(&apart, which).norm())
                 .fold(0.0, f64::max)
         })
@@ -176,7 +194,9 @@ impl<'t> Scaled<'t> {
         let (h, ends) = (plan.h, &masses.ends);
         let end = |k: usize| factor(ends[k.min(ends.len() - 1)]);
         let each = plan.commands.iter().zip(&masses.middles);
-        let commands: Vec<Command> = each.map(|(w, middle)| open(w) * factor(*middle)).collect();
+        let commands: Vec<Command> = each
+            .map(|(w, middle)| self.flows.open(w) * factor(*middle))
+            .collect();
         let states = plan.states.iter().enumerate();
         let multipliers = plan.multipliers.iter().enumerate();
         Plan {

@@ -109,6 +109,9 @@ pub fn solve(
     settings: &Settings,
     mut observe: impl FnMut(&Iteration) -> bool,
 ) -> Result<Solution, ShootingError> {
+    if transfer.uses_propellant() {
+        return Err(ExtremalError::Unsupported.into());
+    }
     let units = Units::of(transfer);
     let own = units.transfer(transfer)?;
     let observe = |now: &Iteration| observe(&units.leave_iteration(now));

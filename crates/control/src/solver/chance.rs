@@ -40,6 +40,10 @@ pub(super) fn solve(
         let beside = "commands of actuators that turn with the body";
         return Err(PlanError::ChancesBeside { beside });
     }
+    if transfer.uses_propellant() {
+        let beside = "an engine that uses propellant";
+        return Err(PlanError::ChancesBeside { beside });
+    }
     let mut own = transfer.clone();
     let mut made = [0; 2];
     let mut before: Option<Plan> = None;

@@ -129,9 +129,9 @@ pub enum PlanError {
         /// Mass of the propellant at the start.
         available: f64,
     },
-    /// A plan by thrusters that use propellant moves position and attitude, by steps of the LGVI.
+    /// A plan that uses propellant is made in steps of the LGVI; one by thrusters moves position and attitude.
     #[error(
-        "{motion:?} motion in {dynamics:?} steps, expected Full in Lgvi steps: thrusters use propellant"
+        "{motion:?} motion in {dynamics:?} steps, expected Lgvi steps, and Full motion by thrusters: they use propellant"
     )]
     PropellantDoes {
         /// The discrete dynamics of the transfer.

@@ -122,14 +122,17 @@ fn stated(
         .map_err(|error| units.leave_error(error))
 }
 
-/// For each interval of a plan of position and attitude, the force by which prices and inequalities hold the commands:
+/// For each interval of a plan of position, with or without the attitude, the force by which prices and inequalities hold the commands:
 /// `−(h W w + Bᵀ λ)`. Without it, if the plan has not as many intervals as the transfer.
 pub(crate) fn command_forces(transfer: &Transfer, plan: &Plan) -> Result<Vec<Command>, PlanError> {
     let units = Units::of(transfer);
     let (own, plan) = (units.transfer(transfer)?, units.enter(plan));
     let mut unobserved = |_: &Progress| true;
     let settings = NewtonSettings::default();
-    let forces = if own.actuation.commands() <= FEW {
+    let forces = if own.motion == Motion::Translation {
+        let class = Translation::of(&own.actuation)?;
+        Solver::new(class, &own, &settings, &mut unobserved).command_forces(&plan)
+    } else if own.actuation.commands() <= FEW {
         Solver::new(Both::<FEW>, &own, &settings, &mut unobserved).command_forces(&plan)
     } else {
         Solver::new(Both::<MAX_COMMANDS>, &own, &settings, &mut unobserved).command_forces(&plan)

@@ -9,6 +9,7 @@ mod chances;
 mod classes;
 mod constraints;
 mod coupling;
+mod engine;
 mod final_time;
 mod formation;
 mod fuel;

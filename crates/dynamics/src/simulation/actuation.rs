@@ -145,6 +145,22 @@ impl Simulation {
         }
     }
 
+    /// Asks a body's engine for the force of a load from the next step on. Returns what is left of the load to
+    /// [advance](Self::advance) with: all of it without an engine.
+    pub fn command(&mut self, body: usize, load: Load) -> Load {
+        let thrusters = self.system.bodies_mut()[body].thrusters_mut();
+        match thrusters.filter(|thrusters| thrusters.engine().is_some()) {
+            Some(thrusters) => {
+                thrusters.set_engine_command(load.force);
+                Load {
+                    force: Vector3::zeros(),
+                    ..load
+                }
+            }
+            None => load,
+        }
+    }
+
     /// Sets the mean forces that a body's thrusters are asked for from the next step on, one per thruster. Without thrusters
     /// it does nothing.
     pub fn set_thruster_commands(&mut self, body: usize, thrust: &[f64]) {

@@ -101,10 +101,12 @@ impl RigidBody {
         self.eject(state, firing, half);
         self.push(state, firing, half);
         self.note_velocity_change(state.velocity(self) - before);
+        state.linear_momentum += half * firing.engine;
     }
 
     /// The same in the second half, which is the reverse of the first.
     pub(crate) fn end_thrust(&mut self, state: &mut BodyState, firing: &Firing, half: f64) {
+        state.linear_momentum += half * firing.engine;
         let before = state.velocity(self);
         self.push(state, firing, half);
         self.eject(state, firing, half);

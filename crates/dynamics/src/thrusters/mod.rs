@@ -13,16 +13,21 @@
 //! is held, its impulse acts in halves at both ends of the step, each in the body's attitude there. The mass flows in
 //! halves, too, at the outside of both impulses, so that the step is symmetric, of second order.
 //!
+//! An engine exerts a force of any direction in the inertial frame at the center of mass. Its gas flows out there, so it
+//! exerts neither the Coriolis force nor the jet damping: the motion is `m v̇ = F`, with the inertia in proportion to the mass.
+//!
 //! # Assumptions and limitations
 //! A pivoted body turns about its pivot, which then takes the place of the center of mass. The propellant surrounds the center of mass, which therefore does not move in the body. Its inertia is in proportion to
 //! its mass, and so is the body's mass distribution for gravity. The force rises and falls at once.
 
+mod engine;
 mod flow;
 mod valve;
 
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
+pub use engine::Engine;
 pub(crate) use flow::Loaded;
 use valve::Valve;
 
@@ -88,6 +93,16 @@ pub enum ThrusterError {
         /// Description of valid values.
         expected: &'static str,
     },
+    /// A number of the engine is out of its range.
+    #[error("the {quantity} of the engine is {value}, expected {expected}")]
+    Engine {
+        /// Name of the quantity.
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// Description of valid values.
+        expected: &'static str,
+    },
     /// The propellant's mass is negative or not finite.
     #[error("the mass of the propellant is {0}, expected a finite number ≥ 0")]
     Propellant(f64),
@@ -97,6 +112,7 @@ pub enum ThrusterError {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Thrusters {
     thrusters: Vec<Thruster>,
+    engine: Option<Engine>,
     propellant: Propellant,
     condition: Condition,
     /// The body with all its propellant.
@@ -125,6 +141,9 @@ pub(crate) struct Condition {
     propellant: f64,
     /// Change of the velocity by the thrusters in the last step, inertial frame.
     velocity_change: Vector3<f64>,
+    /// The force that the engine is asked for, and that of the last step, inertial frame.
+    engine_command: Vector3<f64>,
+    engine_force: Vector3<f64>,
 }
 
 impl Clone for Condition {
@@ -141,6 +160,8 @@ impl Clone for Condition {
         self.step = from.step;
         self.propellant = from.propellant;
         self.velocity_change = from.velocity_change;
+        self.engine_command = from.engine_command;
+        self.engine_force = from.engine_force;
     }
 }
 
@@ -149,6 +170,8 @@ impl Clone for Condition {
 pub(crate) struct Firing {
     force: Vector3<f64>,
     moment: Vector3<f64>,
+    /// The force of the engine, inertial frame.
+    engine: Vector3<f64>,
     /// `Σ ṁ`.
     mass_flow: f64,
     /// `Σ ṁ r`.
@@ -263,6 +286,7 @@ impl Thrusters {
                 ..Condition::default()
             },
             thrusters,
+            engine: None,
             propellant,
             loaded: None,
         })
@@ -324,6 +348,10 @@ impl Thrusters {
             state.states[index].thrust = valve.pass() * thruster.thrust;
         }
         state.step = state.step.saturating_add(1);
+        let command = state.engine_command;
+        let engine = self.engine.as_ref();
+        state.engine_force =
+            engine.map_or_else(Vector3::zeros, |engine| engine.within_limit(command));
         let asked = self.mass_flow() * step;
         if asked > self.condition.propellant {
             let share = self.condition.propellant / asked;
@@ -332,6 +360,7 @@ impl Thrusters {
                     state.thrust *= share;
                 }
             }
+            self.condition.engine_force *= share;
         }
         for state in &mut self.condition.states {
             state.impulse += step * state.thrust;
@@ -342,12 +371,20 @@ impl Thrusters {
     /// The mass that flowed out in the last step, in a unit of time.
     pub fn mass_flow(&self) -> f64 {
         let each = self.thrusters.iter().zip(&self.condition.states);
-        each.map(|(thruster, state)| state.thrust / thruster.exhaust_velocity)
-            .sum()
+        let flows = each.map(|(thruster, state)| state.thrust / thruster.exhaust_velocity);
+        let engine = self.engine.as_ref();
+        let force = self.condition.engine_force.norm();
+        flows.sum::<f64>() + engine.map_or(0.0, |engine| force / engine.exhaust_velocity)
     }
 
     fn firing(&self) -> Firing {
-        let mut sum = Firing::default();
+        let mut sum = Firing {
+            engine: self.condition.engine_force,
+            ..Firing::default()
+        };
+        if let Some(engine) = &self.engine {
+            sum.mass_flow = sum.engine.norm() / engine.exhaust_velocity;
+        }
         for (thruster, state) in self.thrusters.iter().zip(&self.condition.states) {
             let thrust = state.thrust;
             if thrust == 0.0 {

@@ -562,6 +562,18 @@ impl Commands for Push {
 }
 
 #[test]
+fn a_maneuver_by_an_engine_is_refused() {
+    let text = include_str!("../../../../scenes/earth_mars.toml");
+    let table = "\n[ensemble]\nsamples = 4\nseed = 3\n\n[[ensemble.bodies]]\nbody = \"spacecraft\"\nvelocity = 0.01\n";
+    let scene = Scene::parse("earth_mars", &format!("{text}{table}")).unwrap();
+    let guidance = Guidance::OpenLoop(vec![Load::default(); 400]);
+    match Campaign::new(&scene, Settings::default(), guidance).err() {
+        Some(EnsembleError::Engine(body)) => assert_eq!(body, "spacecraft"),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
 fn maneuvers_are_flown_with_errors_of_their_actuators() {
     let table = "\n[ensemble]\nsamples = 40\nseed = 3\nforce_error = 0.1\n\n[[ensemble.bodies]]\nbody = \"spacecraft\"\nvelocity = 0.05\n";
     let scene = Scene::parse("capture", &format!("{CAPTURE}{table}")).unwrap();

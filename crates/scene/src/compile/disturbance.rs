@@ -30,6 +30,12 @@ pub(super) fn disturbance(
             return Err(SceneError::value(key, error, expected));
         }
     }
+    let by_engine = scene.bodies[maneuver.body].has_engine();
+    if by_engine && maneuver.replan.is_some() && file.force_error != 0.0 {
+        let expected = "0 beside `maneuver.replan` of a body with an `engine`: plans made in flight do not hear of the mass";
+        let key = "disturbance.force_error";
+        return Err(SceneError::value(key, file.force_error, expected));
+    }
     let key = |name: &str| format!("disturbance.{name}");
     let mut others = Vec::new();
     for (index, file) in file.bodies.iter().enumerate() {

@@ -61,6 +61,9 @@ fn of_body<'s>(scene: &'s Scene, file: &'s ManeuverFile) -> Result<Maneuver, Sce
             actuators::thrusters(file, thrusters)?
         }
         (Some(CommandsFile::Wheels), _, Some(wheels)) => actuators::wheels(file, wheels)?,
+        (_, Some(all), _) if motion != Motion::Rotation => {
+            actuators::engine(scene, file, all, motion)?
+        }
         _ => (actuation::actuation(file, motion)?, None),
     };
     let mut predictions = Predictions::new(scene, body);

@@ -28,7 +28,9 @@ pub(crate) struct BodyFile {
     /// Thrusters, 64 at most; only of a free or pivoted body.
     #[serde(default)]
     pub thrusters: Vec<ThrusterFile>,
-    /// The propellant of the thrusters, which is part of `mass` and `inertia`, about the center of mass.
+    /// Engine at the center of mass that exerts the forces that are commanded; only of a free body without `thrusters`.
+    pub engine: Option<EngineFile>,
+    /// The propellant of the thrusters or of the engine, which is part of `mass` and `inertia`, about the center of mass.
     pub propellant: Option<PropellantFile>,
     /// Two bodies may not come closer than the sum of their radii.
     #[serde(default)]
@@ -102,6 +104,16 @@ pub(crate) struct ThrusterFile {
     /// Time from a command until the valve moves; 0 by default.
     #[serde(default)]
     pub delay: f64,
+}
+
+#[derive(Deserialize)]
+#[cfg_attr(test, derive(schemars::JsonSchema))]
+#[serde(deny_unknown_fields)]
+pub(crate) struct EngineFile {
+    /// Effective exhaust velocity: specific impulse times 9.80665 m/s².
+    pub exhaust_velocity: f64,
+    /// Largest force; unlimited by default.
+    pub thrust: Option<f64>,
 }
 
 #[derive(Deserialize)]

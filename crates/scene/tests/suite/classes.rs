@@ -9,7 +9,7 @@ use lgvi_control::constraint::{
 use lgvi_control::terminal::{FinalAttitude, FinalPosition, KeplerOrbit, SpinAxis};
 use lgvi_control::{Constraint, Dynamics, Motion, Terminal};
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::{BodyState, Method};
+use lgvi_dynamics::{BodyState, Load, Method};
 use lgvi_lie::exp;
 use lgvi_scene::{
     Commands, FinalTime, Integration, Maneuver, Minimize, Replan, Scene, Search, SolverMethod,
@@ -354,6 +354,109 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
     ] {
         let refused = by_thrusters(keys, second).err().unwrap_or_default();
         assert!(refused.contains(expected), "{keys}: {refused}");
+    }
+}
+
+/// The shipped spacecraft with other text of its engine and of its maneuver.
+fn by_engine(engine: [&str; 2], keys: &str) -> Result<Scene, String> {
+    let text = include_str!("../../../../scenes/earth_mars.toml");
+    let changed = text.replace(engine[0], engine[1]);
+    let changed = changed.replace("motion = \"translation\"", keys);
+    Scene::parse("test", &changed).map_err(|error| error.to_string())
+}
+
+const THRUST: &str = "thrust = 0.5e-3";
+
+#[test]
+fn an_engine_limits_the_force_at_the_price_of_its_flow() {
+    let given = "motion = \"translation\"";
+    let scene = by_engine([THRUST, THRUST], given).unwrap();
+    let maneuver = scene.maneuver.as_ref().unwrap();
+    assert_eq!(maneuver.commands(), Commands::Loads);
+    let limit = NormLimit::new(Place::Position, 0.5e-3).map(Constraint::commands);
+    assert_eq!(maneuver.actuator_limit, limit.ok());
+    let push = Load {
+        force: Vector3::new(0.0, 3e-4, 4e-4),
+        moment: Vector3::zeros(),
+    };
+    let cost = maneuver.interval_cost(&push, 2.0);
+    assert!((cost - 2.0 * 5e-4 / 19.6133).abs() < 1e-18);
+
+    let unlimited = by_engine([THRUST, ""], given).err();
+    assert!(
+        unlimited
+            .unwrap()
+            .contains("a constraint that limits command 0")
+    );
+    let limit = "constraints = [{ kind = \"force_norm\", limit = 1e-3 }]";
+    let limited = by_engine([THRUST, ""], &format!("{given}\n{limit}")).unwrap();
+    assert_eq!(limited.maneuver.unwrap().actuator_limit, None);
+}
+
+#[test]
+fn what_does_not_fit_an_engine_is_refused_with_its_key() {
+    let plain = [THRUST, THRUST];
+    let tank = "propellant = { mass = 450.0 }";
+    let with = |key: &str| format!("motion = \"translation\"\n{key}");
+    for (engine, keys, expected) in [
+        ([THRUST, "thrust = -1"], with(""), "engine.thrust"),
+        (
+            ["exhaust_velocity = 19.6133", "exhaust_velocity = 0"],
+            with(""),
+            "engine.exhaust_velocity",
+        ),
+        ([tank, ""], with(""), "propellant"),
+        (
+            [tank, "propellant = { mass = 1000.0 }"],
+            with(""),
+            "propellant.mass",
+        ),
+        (
+            [
+                tank,
+                "propellant = { mass = 450.0, inertia = [1e-4, 1e-4, 1e-4] }",
+            ],
+            with(""),
+            "bodies.propellant.inertia",
+        ),
+        (
+            [
+                "[maneuver]",
+                "[[bodies.thrusters]]\nname = \"one\"\nposition = [0, 0, 0]\ndirection = [1, 0, 0]\nthrust = 1\n[maneuver]",
+            ],
+            with(""),
+            "none beside `thrusters`",
+        ),
+        (plain, with("force_weight = 1"), "maneuver.force_weight"),
+        (plain, with("feedback = true"), "maneuver.feedback"),
+        (plain, with("dynamics = \"lie_euler\""), "maneuver.dynamics"),
+        (
+            plain,
+            with("actuators = [{ force = [1, 0, 0] }]"),
+            "maneuver.actuators",
+        ),
+        (
+            plain,
+            with("final_time = { min = 1e7, max = 3e7 }"),
+            "maneuver.final_time",
+        ),
+        (plain, with("confidence = 0.9"), "maneuver.confidence"),
+        (
+            [
+                "[maneuver]",
+                "[disturbance]\nseed = 1\nforce_error = 0.01\n[maneuver]",
+            ],
+            with("replan = { every = 40, deadline = 1 }"),
+            "disturbance.force_error",
+        ),
+        (
+            plain,
+            with("commands = \"thrusters\""),
+            "a body with `thrusters`",
+        ),
+    ] {
+        let refused = by_engine(engine, &keys).err().unwrap_or_default();
+        assert!(refused.contains(expected), "{engine:?} {keys}: {refused}");
     }
 }
 

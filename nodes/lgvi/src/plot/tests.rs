@@ -32,12 +32,13 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 29] = [
+const SHIPPED: [Shipped; 30] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
     scene!("docking", None),
     scene!("docking_corridor", Some((0, PUSH))),
+    scene!("earth_mars", None),
     scene!("formation_change", Some((1, PUSH))),
     scene!("free_body", None),
     scene!("inclination_change", Some((0, PUSH))),

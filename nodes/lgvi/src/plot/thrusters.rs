@@ -52,7 +52,7 @@ impl ThrusterRecord {
     /// A message that is not one of the scene's.
     pub(super) fn read(bag: &FlightBag) -> Result<Self, NodeError> {
         let bodies = bag.scene.bodies.iter().enumerate();
-        let each = bodies.filter(|(_, body)| !body.thrusters.is_empty());
+        let each = bodies.filter(|(_, body)| !body.thrusters.is_empty() || body.has_engine());
         let each = each.map(|(index, body)| {
             let mut impulses = BTreeMap::new();
             let states = bag.of_body("thruster_states", &body.name, |s: &JointState| &s.header)?;
@@ -92,7 +92,10 @@ impl ThrusterRecord {
             };
             let firing = Firing {
                 body: record.body,
-                impulses: record.impulses.get(&stamp)?.clone(),
+                impulses: match scene.bodies[record.body].thrusters.is_empty() {
+                    true => Vec::new(),
+                    false => record.impulses.get(&stamp)?.clone(),
+                },
                 mass,
             };
             if let Some(mass) = mass {
@@ -126,8 +129,10 @@ pub(super) fn panels(flight: &FlightData) -> Vec<Panel> {
             each.map(|(index, (name, color))| curve(name, *color, &|impulses| impulses[index]))
                 .collect()
         };
-        let title = format!("Impulse of the thrusters of {}", named.name);
-        panels.push(Panel::new(title, "N s", curves));
+        if !curves.is_empty() {
+            let title = format!("Impulse of the thrusters of {}", named.name);
+            panels.push(Panel::new(title, "N s", curves));
+        }
         if firing.mass.is_some() {
             let curve = Curve {
                 label: named.name.clone(),

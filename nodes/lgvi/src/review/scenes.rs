@@ -9,12 +9,13 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 29] = [
+pub const SCENES: [(&str, &str); 30] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
     shipped!("docking"),
     shipped!("docking_corridor"),
+    shipped!("earth_mars"),
     shipped!("formation_change"),
     shipped!("free_body"),
     shipped!("inclination_change"),

@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
 use lgvi_control::{
-    Certificate, Minimum, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start,
-    Transfer, Winding,
+    Certificate, Minimum, Motion, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings,
+    Start, Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
 use lgvi_scene::{Commands, FinalTime, Maneuver, Minimize, Scene, Search, Solver, SolverMethod};
@@ -28,7 +28,7 @@ use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
 const LATER: &str = "a plan for wheels can begin only at step 0: their momenta later are not known";
-const LIGHTER: &str = "a plan by thrusters that use propellant can begin only at step 0 here: how much is left later is not known";
+const LIGHTER: &str = "a plan that uses propellant can begin only at step 0 here: how much is left later is not known";
 
 const LATER_PHASES: &str = "the lengths of the phases are found for the whole maneuver only: a later plan keeps those of an earlier one";
 
@@ -329,9 +329,11 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     Ok(solved)
 }
 
-/// Whether a maneuver is planned with the propellant that its thrusters use.
+/// Whether a maneuver is planned with the propellant that it uses.
 fn uses_propellant(scene: &Scene, maneuver: &Maneuver) -> bool {
-    maneuver.by_thrusters() && scene.bodies[maneuver.body].has_propellant()
+    let body = &scene.bodies[maneuver.body];
+    let by_engine = body.has_engine() && maneuver.motion != Motion::Rotation;
+    (maneuver.by_thrusters() || by_engine) && body.has_propellant()
 }
 
 /// The maneuver of a scene, from a state.

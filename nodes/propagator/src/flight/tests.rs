@@ -84,6 +84,42 @@ fn a_push_acts_beside_sequences_and_other_pushes() {
     assert_eq!(momentum_gains(&mut flight), [0.0; 10]);
 }
 
+/// Commanded forces, at most the thrust and as long as there is propellant; pushes use none.
+#[test]
+fn an_engine_exerts_what_is_commanded() {
+    let text = format!(
+        "{}\n[bodies.engine]\nthrust = 2.0\nexhaust_velocity = 10.0\n[bodies.propellant]\nmass = 0.05\n",
+        scene().text
+    );
+    let scene = Scene::parse("test", &text).unwrap();
+    let mut flight = Flight::new(&scene).unwrap();
+    flight.accept(controls(0, 6.0, 4)).unwrap();
+    let wind = Load {
+        force: Vector3::new(5.0, 0.0, 0.0),
+        ..Load::default()
+    };
+    flight.push(0, wind, 5);
+    let mut found = Vec::new();
+    for _ in 0..5 {
+        flight.advance().unwrap();
+        found.push((
+            flight.loads()[0].force.x,
+            flight.system().bodies()[0].mass(),
+        ));
+    }
+    let expected = [
+        (7.0, 0.98),
+        (7.0, 0.96),
+        (6.0, 0.95),
+        (5.0, 0.95),
+        (5.0, 0.95),
+    ];
+    for (found, expected) in found.iter().zip(expected) {
+        let off = (found.0 - expected.0).abs() + (found.1 - expected.1).abs();
+        assert!(off < 1e-12, "{found:?} for {expected:?}");
+    }
+}
+
 #[test]
 fn an_interval_may_last_several_steps() {
     let mut message = push(1, 2.0, 2);

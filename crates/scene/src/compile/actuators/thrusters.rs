@@ -1,10 +1,10 @@
-use lgvi_dynamics::thrusters::{Propellant, Thruster, Thrusters};
-use lgvi_dynamics::{BodyError, RigidBody};
+use lgvi_dynamics::thrusters::{Engine, Propellant, Thruster, Thrusters};
+use lgvi_dynamics::{Mobility, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
 use super::{check_mobility, check_names};
 use crate::compile::body::inertia;
-use crate::file::{BodyFile, PropellantFile, ThrusterFile};
+use crate::file::{BodyFile, EngineFile, PropellantFile, ThrusterFile};
 use crate::{Scene, SceneError, check};
 
 /// Largest number of thrusters of a body.
@@ -13,18 +13,21 @@ pub const MAX_THRUSTERS: usize = 64;
 /// Largest delay of a valve, in steps: a pulse may wait for each.
 const MAX_DELAY: f64 = 1000.0;
 
-/// Returns the body with the thrusters of its file.
+/// Returns the body with the thrusters, or the engine, of its file.
 pub(super) fn with_thrusters(
     key: &str,
     file: &BodyFile,
     body: RigidBody,
 ) -> Result<RigidBody, SceneError> {
+    if let Some(engine) = &file.engine {
+        return with_engine(key, file, engine, body);
+    }
     let key = |rest: &str| format!("{key}.{rest}");
     let count = file.thrusters.len();
     if count == 0 {
         return match &file.propellant {
             Some(propellant) => {
-                let expected = "a body with `thrusters`, which use it";
+                let expected = "a body with `thrusters` or an `engine`, which use it";
                 Err(SceneError::value(
                     key("propellant"),
                     propellant.mass,
@@ -69,12 +72,50 @@ pub(super) fn with_thrusters(
         SceneError::value(key("thrusters"), count, format!("thrusters: {error}"))
     };
     let thrusters = Thrusters::new(thrusters, propellant).map_err(|error| refuse(&error))?;
-    body.with_thrusters(thrusters).map_err(|error| match error {
-        BodyError::Propellant { .. } | BodyError::Inertia(_) | BodyError::Heavier => {
-            let expected = format!("propellant that is part of the body: {error}");
-            SceneError::value(key("propellant.mass"), propellant.mass, expected)
-        }
-        _ => refuse(&error),
+    loaded(body, thrusters, &key(""))
+}
+
+/// Returns the body with its engine.
+fn with_engine(
+    key: &str,
+    file: &BodyFile,
+    engine: &EngineFile,
+    body: RigidBody,
+) -> Result<RigidBody, SceneError> {
+    let key = |rest: &str| format!("{key}.{rest}");
+    let refuse = |expected: &str| SceneError::value(key("engine"), "given", expected);
+    if !file.thrusters.is_empty() {
+        return Err(refuse("none beside `thrusters`"));
+    }
+    if *body.mobility() != Mobility::Free {
+        return Err(refuse("none: only a free body has an engine"));
+    }
+    let Some(given) = &file.propellant else {
+        return Err(SceneError::missing(
+            key("propellant"),
+            "one beside `engine`, which uses it",
+        ));
+    };
+    let velocity = engine.exhaust_velocity;
+    let engine = Engine {
+        thrust: match engine.thrust {
+            Some(thrust) => check::positive(&key("engine.thrust"), thrust)?,
+            None => f64::INFINITY,
+        },
+        exhaust_velocity: check::positive(&key("engine.exhaust_velocity"), velocity)?,
+    };
+    let propellant = propellant(&key("propellant"), given)?;
+    let thrusters = Thrusters::new(Vec::new(), propellant).and_then(|all| all.with_engine(engine));
+    let thrusters = thrusters.map_err(|error| refuse(&format!("an engine: {error}")))?;
+    loaded(body, thrusters, &key(""))
+}
+
+/// Returns the body with thrusters or an engine, whose propellant is part of it.
+fn loaded(body: RigidBody, thrusters: Thrusters, key: &str) -> Result<RigidBody, SceneError> {
+    let mass = thrusters.propellant().mass;
+    body.with_thrusters(thrusters).map_err(|error| {
+        let expected = format!("propellant that is part of the body: {error}");
+        SceneError::value(format!("{key}propellant.mass"), mass, expected)
     })
 }
 

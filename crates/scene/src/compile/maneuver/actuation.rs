@@ -9,9 +9,7 @@ use crate::{Commands, SceneError, check};
 pub(super) fn actuation(file: &ManeuverFile, motion: Motion) -> Result<Actuation, SceneError> {
     actuators::check_weights(file, Commands::Loads)?;
     let Some(actuators) = &file.actuators else {
-        let force = weight("maneuver.force_weight", file.force_weight)?;
-        let moment = weight("maneuver.moment_weight", file.moment_weight)?;
-        return Actuation::full(&force, &moment).map_err(refuse);
+        return of_loads(file, &weight("maneuver.force_weight", file.force_weight)?);
     };
     for (given, name) in [
         (&file.force_weight, "force"),
@@ -29,6 +27,12 @@ pub(super) fn actuation(file: &ManeuverFile, motion: Motion) -> Result<Actuation
         .map(|(index, actuator)| column(&format!("maneuver.actuators[{index}]"), actuator, motion))
         .collect::<Result<Vec<_>, _>>()?;
     Actuation::actuators(&columns).map_err(refuse)
+}
+
+/// Force and moment, with the weight of the force.
+pub(super) fn of_loads(file: &ManeuverFile, force: &Matrix3<f64>) -> Result<Actuation, SceneError> {
+    let moment = weight("maneuver.moment_weight", file.moment_weight)?;
+    Actuation::full(force, &moment).map_err(refuse)
 }
 
 /// The actuation at minimum fuel.

@@ -1,12 +1,14 @@
-//! Thrusters and reaction wheels as commands.
+//! Thrusters, engines and reaction wheels as commands.
 
-use lgvi_control::constraint::CommandLimit;
-use lgvi_control::{Actuation, ActuationError, Constraint, MAX_COMMANDS};
+use lgvi_control::constraint::{CommandLimit, NormLimit, Place};
+use lgvi_control::{Actuation, ActuationError, Constraint, Dynamics, MAX_COMMANDS, Motion};
 use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::wheels::Wheels;
+use nalgebra::Matrix3;
 
+use super::{actuation, dynamics};
 use crate::file::{CostFile, EachFile, ManeuverFile};
-use crate::{Commands, SceneError, check};
+use crate::{Commands, Scene, SceneError, check};
 
 /// The actuation by actuators, and their limits.
 type Actuators = (Actuation, Option<Constraint>);
@@ -29,13 +31,78 @@ pub(super) fn thrusters(file: &ManeuverFile, all: &Thrusters) -> Result<Actuator
     Ok((actuation, Some(limit)))
 }
 
-/// Checks a maneuver by thrusters that use propellant. Returns true if the flow is the price of their forces.
-fn check_propellant(file: &ManeuverFile, all: &Thrusters) -> Result<bool, SceneError> {
+/// Force and moment, where the engine exerts the force, and the limit of its thrust.
+pub(super) fn engine(
+    scene: &Scene,
+    file: &ManeuverFile,
+    all: &Thrusters,
+    motion: Motion,
+) -> Result<Actuators, SceneError> {
+    let Some(engine) = all.engine() else {
+        return Ok((actuation::actuation(file, motion)?, None));
+    };
+    let beside = "of a body with an `engine`";
+    for (key, given, value, expected) in [
+        ("actuators", file.actuators.is_some(), "given", "none"),
+        ("final_time", file.final_time.is_some(), "given", "none"),
+        ("confidence", file.confidence.is_some(), "given", "none"),
+        ("feedback", file.feedback, "true", "false"),
+        (
+            "dynamics",
+            dynamics(scene, file) != Dynamics::Lgvi,
+            "\"lie_euler\"",
+            "\"lgvi\"",
+        ),
+    ] {
+        if given {
+            let expected = format!("{expected} {beside}");
+            return Err(SceneError::value(
+                format!("maneuver.{key}"),
+                value,
+                expected,
+            ));
+        }
+    }
+    check_inertia(all)?;
+    let limit = match engine.thrust {
+        thrust if thrust.is_finite() => Some(NormLimit::new(Place::Position, thrust)),
+        _ => None,
+    };
+    let limit = limit
+        .transpose()
+        .map_err(|error| SceneError::parameter(String::from("bodies.engine.thrust"), error))?;
+    let actuation = match (file.cost, file.force_weight) {
+        (CostFile::Energy, _) => actuation::actuation(file, motion)?,
+        (CostFile::Fuel, None) => {
+            let price = engine.exhaust_velocity.recip();
+            actuation::of_loads(file, &Matrix3::from_diagonal_element(price))?
+        }
+        (CostFile::Fuel, Some(_)) => {
+            let expected =
+                format!("none {beside} where `cost` is \"fuel\": the cost is the propellant");
+            return Err(SceneError::value(
+                "maneuver.force_weight",
+                "given",
+                expected,
+            ));
+        }
+    };
+    Ok((actuation, limit.map(Constraint::commands)))
+}
+
+/// Checks that the mass distribution stays what it is while propellant flows out.
+fn check_inertia(all: &Thrusters) -> Result<(), SceneError> {
     if all.propellant().inertia.is_some() {
-        let expected = "none where a plan commands the thrusters, which lets the body's inertia be in proportion to its mass";
+        let expected = "none of a body whose propellant a plan uses, which lets the inertia be in proportion to the mass";
         let key = "bodies.propellant.inertia";
         return Err(SceneError::value(key, "given", expected));
     }
+    Ok(())
+}
+
+/// Checks a maneuver by thrusters that use propellant. Returns true if the flow is the price of their forces.
+fn check_propellant(file: &ManeuverFile, all: &Thrusters) -> Result<bool, SceneError> {
+    check_inertia(all)?;
     if file.final_time.is_some() {
         let expected = "none where `commands` is \"thrusters\" that use propellant";
         return Err(SceneError::value("maneuver.final_time", "given", expected));

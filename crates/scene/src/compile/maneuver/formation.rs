@@ -117,8 +117,9 @@ fn check_commands(scene: &Scene, maneuver: &Maneuver) -> Result<(), SceneError> 
         let expected = format!("commands that move the body, {beside}");
         return Err(SceneError::value("maneuver.commands", "wheels", expected));
     }
-    if maneuver.by_thrusters() && scene.bodies[maneuver.body].has_propellant() {
-        let expected = format!("none of thrusters {beside}");
+    let body = &scene.bodies[maneuver.body];
+    if body.has_propellant() && (maneuver.by_thrusters() || body.has_engine()) {
+        let expected = format!("none of thrusters or an engine {beside}");
         return Err(SceneError::value(
             "maneuver.commands",
             "propellant",

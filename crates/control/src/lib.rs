@@ -36,6 +36,7 @@
 #[cfg(test)]
 extern crate self as lgvi_control;
 
+mod anderson;
 mod barrier;
 mod discrete;
 mod final_time;

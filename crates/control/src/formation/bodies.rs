@@ -3,10 +3,10 @@ use std::sync::Arc;
 use nalgebra::Vector3;
 
 use super::error::FormationError;
-use super::mixing::{Mixing, minus, norm};
 use super::near::Near;
 use super::separation::{Distances, Path, Separation};
 use super::{Agreement, Formation, sides};
+use crate::anderson::{Anderson, minus, norm};
 use crate::problem::PositionCost;
 use crate::{Plan, PlanError, Start, Transfer};
 
@@ -22,6 +22,8 @@ const ROUNDS: u32 = 300;
 const PATIENCE: u32 = 8;
 /// The part of the residual that is added to the prices.
 const DAMPING: f64 = 0.5;
+/// Number of earlier prices that are taken into account.
+const MEMORY: usize = 12;
 /// Growth of the residual after which the iteration goes on from the best prices, and the factor of the damping there.
 const STRAY: f64 = 4.0;
 const SHORTER: f64 = 0.7;
@@ -91,13 +93,13 @@ impl Bodies<'_> {
     /// Rounds with the same margins until the prices have settled. Returns by how much they still change, relative to them.
     fn agree(&mut self, prices: &mut Vec<f64>, rounds: &mut u32) -> Result<f64, FormationError> {
         let mut damping = DAMPING;
-        let mut mixing = Mixing::new(damping);
+        let mut iteration = Anderson::new(damping, MEMORY);
         // The best prices, their round, their residual, and their relative change.
         let mut best = None::<(Vec<f64>, Round, Vec<f64>, f64)>;
         let mut since = 0;
         for _ in 0..ROUNDS {
             if self.grow() {
-                mixing.forget(damping);
+                iteration.forget(damping);
                 best = None;
             }
             *rounds += 1;
@@ -124,12 +126,12 @@ impl Bodies<'_> {
                 Some((from, round, residual, least)) if change > STRAY * least => {
                     // From there anew, but not the same way.
                     damping *= SHORTER;
-                    mixing.forget(damping);
+                    iteration.forget(damping);
                     self.plans.clone_from(&round.plans);
                     self.paths.clone_from(&round.paths);
-                    mixing.next(from, residual)
+                    iteration.next(from, residual)
                 }
-                _ => mixing.next(prices, &residual),
+                _ => iteration.next(prices, &residual),
             };
         }
         match best {

@@ -13,7 +13,6 @@
 mod bodies;
 mod check;
 mod error;
-mod mixing;
 mod near;
 mod separation;
 mod sides;

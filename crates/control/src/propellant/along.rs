@@ -1,5 +1,4 @@
 use lgvi_dynamics::Load;
-use nalgebra::DVector;
 
 use crate::Command;
 
@@ -32,17 +31,14 @@ impl Along {
     }
 
     /// The masses and the costs in units of `size`.
-    pub(super) fn vector(&self, size: f64) -> DVector<f64> {
+    pub(super) fn vector(&self, size: f64) -> Vec<f64> {
         let costs = self.costs.iter().map(|cost| cost / size);
-        DVector::from_iterator(
-            2 * self.masses.len(),
-            self.masses.iter().copied().chain(costs),
-        )
+        self.masses.iter().copied().chain(costs).collect()
     }
 
     /// The same with other masses and costs.
-    pub(super) fn at(self, vector: &DVector<f64>) -> Self {
-        let (masses, costs) = vector.as_slice().split_at(self.masses.len());
+    pub(super) fn at(self, vector: &[f64]) -> Self {
+        let (masses, costs) = vector.split_at(self.masses.len());
         Self {
             masses: masses.to_vec(),
             costs: costs.iter().map(|cost| cost * self.size).collect(),

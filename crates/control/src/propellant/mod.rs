@@ -12,20 +12,22 @@ mod flight;
 mod flows;
 mod masses;
 mod scaled;
-mod settle;
 
+use crate::anderson::{Anderson, minus};
 use crate::multistart::{resolved, search_stated};
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
 use crate::{Minimum, Motion, Plan, SearchSettings, Transfer, TransferError};
 use flight::fly;
 use masses::Masses;
 use scaled::Scaled;
-use settle::Settling;
 
 /// Relative change of the limits, and of the costs relative to the largest force of a condition, up to which they have settled.
 const SETTLED: [f64; 2] = [1e-8, 1e-6];
 /// Distance of the ends of a plan and of its flight, relative to the size of each quantity, up to which they are the same.
 const SAME: f64 = 1e-8;
+/// The part of the way to the result of an iteration that is gone, and the number of earlier iterations that count.
+const DAMPING: f64 = 0.8;
+const MEMORY: usize = 5;
 /// Largest number of times that the transfer is solved.
 const MOST: usize = 60;
 
@@ -50,7 +52,7 @@ pub(crate) fn solve(
         plan = None;
         scaled.with_even_use(0.0)
     });
-    let mut settling = Settling::default();
+    let mut settling = Anderson::new(DAMPING, MEMORY);
     let mut lighter = plan.is_some();
     let mut violation = f64::INFINITY;
     for _ in 0..MOST {
@@ -88,7 +90,7 @@ pub(crate) fn solve(
             violation = apart;
         }
         let [x, result] = [along.vector(next.size), next.vector(next.size)];
-        let x = settling.next(&x, &result);
+        let x = settling.next(&x, &minus(&result, &x));
         along = next.at(&x);
         plan = Some(found);
     }

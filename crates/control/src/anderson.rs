@@ -1,7 +1,5 @@
 //! Anderson's acceleration of a fixed-point iteration (1965; type II of Fang and Saad 2009).
 
-/// Number of earlier iterates that are taken into account.
-const MEMORY: usize = 12;
 /// Part of a difference that is left when those before are taken out of it, below which it tells nothing new.
 const NEW: f64 = 1e-6;
 
@@ -10,30 +8,33 @@ const FARTHEST: f64 = 10.0;
 
 /// The iteration `f ← F(f)`: without memory `f + θ (F(f) − f)`.
 #[derive(Debug)]
-pub(super) struct Mixing {
+pub(crate) struct Anderson {
     /// `θ`
     damping: f64,
+    /// Number of earlier iterates that are taken into account.
+    memory: usize,
     last: Option<[Vec<f64>; 2]>,
     /// Differences of successive iterates and of their residuals.
     differences: Vec<[Vec<f64>; 2]>,
 }
 
-impl Mixing {
-    pub(super) fn new(damping: f64) -> Self {
+impl Anderson {
+    pub(crate) fn new(damping: f64, memory: usize) -> Self {
         Self {
             damping,
+            memory,
             last: None,
             differences: Vec::new(),
         }
     }
 
     /// The next iterate after `f` with the residual `F(f) − f`.
-    pub(super) fn next(&mut self, from: &[f64], residual: &[f64]) -> Vec<f64> {
+    pub(crate) fn next(&mut self, from: &[f64], residual: &[f64]) -> Vec<f64> {
         let now = [from.to_vec(), residual.to_vec()];
         if let Some(last) = self.last.replace(now.clone()) {
             let [df, dr] = [0, 1].map(|which| minus(&now[which], &last[which]));
             self.differences.push([df, dr]);
-            if self.differences.len() > MEMORY {
+            if self.differences.len() > self.memory {
                 self.differences.remove(0);
             }
         }
@@ -72,8 +73,8 @@ impl Mixing {
     }
 
     /// Forgets all iterates, and continues with this damping.
-    pub(super) fn forget(&mut self, damping: f64) {
-        *self = Self::new(damping);
+    pub(crate) fn forget(&mut self, damping: f64) {
+        *self = Self::new(damping, self.memory);
     }
 }
 
@@ -81,11 +82,11 @@ fn dot(one: &[f64], other: &[f64]) -> f64 {
     one.iter().zip(other).map(|(a, b)| a * b).sum()
 }
 
-pub(super) fn norm(all: &[f64]) -> f64 {
+pub(crate) fn norm(all: &[f64]) -> f64 {
     dot(all, all).sqrt()
 }
 
-pub(super) fn minus(one: &[f64], other: &[f64]) -> Vec<f64> {
+pub(crate) fn minus(one: &[f64], other: &[f64]) -> Vec<f64> {
     one.iter().zip(other).map(|(a, b)| a - b).collect()
 }
 
@@ -107,10 +108,10 @@ mod tests {
             let each = f.iter().zip(eigenvalues);
             each.map(|(f, factor)| 1.0 + (factor - 1.0) * f).collect()
         };
-        let mut mixing = Mixing::new(0.5);
+        let mut iteration = Anderson::new(0.5, 12);
         let mut f = vec![0.0; 4];
         for _ in 0..6 {
-            f = mixing.next(&f, &residual(&f));
+            f = iteration.next(&f, &residual(&f));
         }
         let left = norm(&residual(&f));
         assert!(left < 1e-9, "{left:e}");

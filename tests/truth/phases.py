@@ -63,6 +63,11 @@ def point(case, start=None):
                 bounds.append(radius**2 - ca.sumsqr(x[:, k] - center))
             if "speed" in phase:
                 bounds.append(ca.sumsqr(p[:, k]) / m**2 - phase["speed"] ** 2)
+            if "relative_speed" in phase:
+                limit, origin, velocity, turn = phase["relative_speed"]
+                arm = x[:, k] - (np.array(origin) + k * h * np.array(velocity))
+                seen = p[:, k] / m - np.array(velocity) - ca.cross(ca.DM(turn), arm)
+                bounds.append(ca.sumsqr(seen) - limit**2)
     unknowns = ca.vertcat(ca.vec(x), ca.vec(p), ca.vec(f))
     if start is None:
         t = np.linspace(0, 1, n + 1)
@@ -131,6 +136,12 @@ POINTS = [
                 {"steps": 22, "off": [1], "speed": 0.7}]},
     {"name": "about a center", "N": 60, "T": 2.5, "mass": 1.5, "gm": 1.0, "start": circular(1.0, 0.0), "end": circular(1.4, 1.9, 0.1),
      "phases": [{"steps": 20, "force_norm": 0.45}, {"steps": 17, "off": [0, 2]}, {"steps": 23, "speed": 0.9}]},
+    {"name": "slowly to a frame that drifts and turns", "N": 60, "T": 6.0, "mass": 2.0, "gm": 0.0, "start": [[-3.0, 1.0, 0.5], REST],
+     "end": [[0.5, 0.0, 0.1], [0.0, 0.25, 0.0]],
+     "phases": [{"steps": 30}, {"steps": 30, "relative_speed": [0.4, [0.2, -0.6, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.5]]}]},
+    {"name": "slow about a center beside a frame that turns fast", "N": 50, "T": 2.5, "mass": 1.5, "gm": 1.0,
+     "start": circular(1.0, 0.0), "end": circular(1.4, 1.9, 0.1),
+     "phases": [{"steps": 20}, {"steps": 30, "relative_speed": [0.4, [0.9, 0.2, -0.1], [-0.5, 0.3, 0.1], [0.3, -0.4, 1.1]]}]},
 ]
 SMALL = [[0.0, -0.3, 0.0], 1.6]
 BODIES = [

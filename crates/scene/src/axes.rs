@@ -76,9 +76,9 @@ pub(crate) struct Axes {
     /// `A`: from these axes to the inertial frame.
     pub rotation: Matrix3<f64>,
     /// Velocity of the origin, inertial frame.
-    velocity: Vector3<f64>,
+    pub velocity: Vector3<f64>,
     /// `ω`: angular velocity, in these axes.
-    turn: Vector3<f64>,
+    pub turn: Vector3<f64>,
 }
 
 /// If `|r × v|` is below this part of `|r| |v|`, the motion has no plane.

@@ -53,8 +53,8 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 part += row.primal * by_group;
             }
             if let Some(offset) = second {
-                let by_attitude = inequality.by_attitude(state);
-                let by_group = *scale * by_attitude.gradient;
+                let by_second = inequality.by_second(state);
+                let by_group = *scale * by_second.gradient;
                 slope[1] = by_group;
                 let mut add = |from: usize, block: Matrix3<f64>| {
                     let mut own = hessian.fixed_view_mut::<3, 3>(from, offset);
@@ -65,9 +65,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                     }
                 };
                 let along = (weight * by_group).transpose();
-                add(offset, bend * by_attitude.hessian + by_group * along);
+                add(offset, bend * by_second.hessian + by_group * along);
                 if let Some(from) = first {
-                    add(from, bend * by_attitude.mixed + slope[0] * along);
+                    add(from, bend * by_second.mixed + slope[0] * along);
                 }
                 let mut part = gradient.fixed_rows_mut::<3>(offset);
                 part += row.primal * by_group;

@@ -70,7 +70,7 @@ impl Placed {
         let inequality = self.at(interval);
         let first = inequality.derivatives(state).0;
         let second = match self.groups[1] {
-            Some(_) => inequality.by_attitude(state).gradient,
+            Some(_) => inequality.by_second(state).gradient,
             None => Vector3::zeros(),
         };
         [first, second]
@@ -126,6 +126,7 @@ impl Given {
             Coordinates::Attitude => (self.first, attitude),
             Coordinates::LinearMomentum => (false, self.last_momenta[0]),
             Coordinates::AngularMomentum => (false, self.last_momenta[1]),
+            Coordinates::Translation => (false, position && self.last_momenta[0]),
             Coordinates::Pose => {
                 let fixed = [0, 1].map(|half| groups[half].is_none() || self.last_poses[half]);
                 (self.first, fixed == [true; 2])

@@ -216,7 +216,7 @@ impl StateInequality {
             gradient.fixed_rows_mut::<3>(offset).copy_from(&own);
         }
         if let Some(offset) = second {
-            let own = self.by_attitude(state).gradient;
+            let own = self.by_second(state).gradient;
             gradient.fixed_rows_mut::<3>(offset).copy_from(&own);
         }
         gradient

@@ -4,8 +4,8 @@ use std::sync::Arc;
 
 use lgvi_control::Constraint;
 use lgvi_control::constraint::{
-    AngularRate, Coordinates, Corridor, FramePose, KeepInSphere, KeepOutCone, KeepOutEllipsoid,
-    KeepOutSphere, LineOfSight, Moving, Plume, Speed, StateConstraint,
+    AngularRate, Coordinates, Corridor, FrameMotion, FramePose, KeepInSphere, KeepOutCone,
+    KeepOutEllipsoid, KeepOutSphere, LineOfSight, Moving, Plume, Speed, StateConstraint,
 };
 use lgvi_dynamics::{BodyState, Inertia};
 use lgvi_lie::exp;
@@ -34,8 +34,8 @@ fn between_ends(constraint: &Constraint) -> Arc<dyn StateConstraint> {
 /// A state constraint and an independent formula for it in differentiating arithmetic, up to a positive factor.
 type Written = (Constraint, Box<dyn Fn(&Moved) -> Number>);
 
-fn in_frame(constraint: impl StateConstraint, poses: &[FramePose]) -> Constraint {
-    Constraint::state(Moving::new(constraint, poses, 1.0).expect("a frame"))
+fn in_frame(constraint: impl StateConstraint, poses: &[FrameMotion]) -> Constraint {
+    Constraint::state(Moving::new(constraint, poses.to_vec(), 1.0).expect("a frame"))
 }
 
 fn written(rng: &mut fastrand::Rng) -> Vec<Written> {
@@ -47,7 +47,13 @@ fn written(rng: &mut fastrand::Rng) -> Vec<Written> {
     let origin = unit();
     let (apex_there, axis_there) = (origin + rotation * apex, rotation * axis);
     let direction_there = rotation * direction;
-    let poses = vec![FramePose { origin, rotation }];
+    let (velocity, turn) = (unit(), 0.8 * unit());
+    let pose = FramePose { origin, rotation };
+    let poses = [FrameMotion {
+        pose,
+        velocity,
+        turn,
+    }];
     let tilted = exp(&(2.0 * unit()));
     let semi_axes = Vector3::new(0.5, 0.9, 1.4);
     let matrix = {
@@ -98,6 +104,22 @@ fn written(rng: &mut fastrand::Rng) -> Vec<Written> {
         (
             Constraint::state(Speed::new(0.3, 2.0).expect("a speed")),
             Box::new(move |s| dot(s.linear_momentum, s.linear_momentum) - 0.36),
+        ),
+        (
+            in_frame(Speed::new(0.3, 2.0).expect("a speed"), &poses),
+            // In the axes of the frame: `2 (Rᵀ (v − v_f) − (Rᵀ ω) × r)`, `r = Rᵀ (x − x_f)`.
+            Box::new(move |s| {
+                let back = rows(&rotation.transpose());
+                let arm = product(&back, minus(s.position, constant(&origin)));
+                let about = rotation.transpose() * turn;
+                let carried = [0, 1, 2].map(|i| {
+                    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+                    (arm[k] * about[j] - arm[j] * about[k]) * 2.0
+                });
+                let own = minus(s.linear_momentum, constant(&(2.0 * velocity)));
+                let seen = minus(product(&back, own), carried);
+                dot(seen, seen) - 0.36
+            }),
         ),
         (Constraint::state(keep_in), Box::new(move |s| far(s, apex))),
         (
@@ -210,24 +232,26 @@ fn all_derivatives(
     let mut hessian = SMatrix::<f64, 12, 12>::zeros();
     let (first, twice) = constraint.derivatives(state);
     let from = match constraint.coordinates() {
-        Coordinates::Position | Coordinates::Pose => 0,
+        Coordinates::Position | Coordinates::Pose | Coordinates::Translation => 0,
         Coordinates::LinearMomentum => 3,
         Coordinates::Attitude => 6,
         Coordinates::AngularMomentum => 9,
     };
     gradient.fixed_rows_mut::<3>(from).copy_from(&first);
     hessian.fixed_view_mut::<3, 3>(from, from).copy_from(&twice);
-    let by_attitude = constraint.by_attitude(state);
-    assert_eq!(
-        by_attitude.is_some(),
-        constraint.coordinates() == Coordinates::Pose
-    );
-    if let Some(found) = by_attitude {
-        gradient.fixed_rows_mut::<3>(6).copy_from(&found.gradient);
+    let second = match constraint.coordinates() {
+        Coordinates::Pose => Some(6),
+        Coordinates::Translation => Some(3),
+        _ => None,
+    };
+    let by_second = constraint.by_second(state);
+    assert_eq!(by_second.is_some(), second.is_some());
+    if let (Some(found), Some(to)) = (by_second, second) {
+        gradient.fixed_rows_mut::<3>(to).copy_from(&found.gradient);
         for (row, column, block) in [
-            (6, 6, found.hessian),
-            (0, 6, found.mixed),
-            (6, 0, found.mixed.transpose()),
+            (to, to, found.hessian),
+            (0, to, found.mixed),
+            (to, 0, found.mixed.transpose()),
         ] {
             hessian
                 .fixed_view_mut::<3, 3>(row, column)

@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use lgvi_control::constraint::{FramePose, KeepOutSphere, Moving};
+use lgvi_control::constraint::{FrameMotion, FramePose, KeepOutSphere, Moving, Speed};
 use lgvi_control::{
     Actuation, Constraint, Dynamics, Motion, NewtonSettings, Plan, Start, Terminal, Transfer, solve,
 };
@@ -142,5 +142,90 @@ fn poses_are_met_at_their_times_and_interpolated_between_them() {
     ] {
         let error = Moving::new(sphere(), poses, interval).expect_err("an error");
         assert_eq!(error.name, name);
+    }
+}
+
+/// The laws of motion are the same in a frame that drifts, and so is the best way that is slow in it.
+#[test]
+fn a_plan_that_is_slow_in_a_drifting_frame_is_that_of_a_slow_one_at_rest() {
+    let drift = Vector3::new(0.3, 0.7, -0.2);
+    let speed = Speed::new(1.6, MASS).expect("a speed");
+    let motion = |end: usize| FrameMotion {
+        pose: FramePose {
+            origin: H * end as f64 * drift,
+            rotation: exp(&(0.1 * end as f64 * Vector3::z())),
+        },
+        velocity: drift,
+        turn: Vector3::zeros(),
+    };
+    let drifting = Moving::new(speed, (0..=INTERVALS).map(motion), H).expect("a moving frame");
+    let resting = plan(&transfer(Vector3::zeros(), Constraint::state(speed)));
+    let moving = plan(&transfer(drift, Constraint::state(drifting)));
+    assert!((moving.cost / resting.cost - 1.0).abs() < 1e-8);
+    let pairs = resting.states.iter().zip(&moving.states);
+    let mut fastest = 0.0_f64;
+    for (one, other) in pairs {
+        let back = other.linear_momentum / MASS - drift;
+        assert!((back - one.linear_momentum / MASS).norm() < 1e-6);
+        fastest = fastest.max(back.norm());
+    }
+    assert!((fastest - 1.6).abs() < 1e-6, "{fastest}");
+}
+
+/// Beside a frame that turns about an axis that turns, too, the speed as it is seen from there keeps to the limit along whole steps,
+/// measured by the exact motion of the frame, and touches it.
+#[test]
+fn the_speed_in_a_turning_frame_is_limited_along_whole_steps() {
+    let nutation = Vector3::new(0.1, 0.0, 0.08);
+    let exact = |time: f64| {
+        let rotation = exp(&(time * nutation));
+        let [s, c] = [(0.8 * time).sin(), (0.8 * time).cos()];
+        FrameMotion {
+            pose: FramePose {
+                origin: Vector3::new(1.0 + 0.5 * s, 0.3 - 0.5 * c, 0.0),
+                rotation,
+            },
+            velocity: 0.4 * Vector3::new(c, s, 0.0),
+            turn: nutation + rotation * Vector3::new(0.0, 0.25, 0.0),
+        }
+    };
+    let limit = 1.6;
+    let speed = Speed::new(limit, MASS).expect("a speed");
+    let motions = (0..=INTERVALS).map(|end| exact(H * end as f64));
+    let moving = Moving::new(speed, motions, H).expect("a moving frame");
+    let relative = Constraint::state(moving.clone());
+    let found = plan(&transfer(Vector3::zeros(), relative));
+    assert!(found.certificate.sufficient);
+    let fast = Speed::new(1e3, MASS).expect("a speed");
+    let free = plan(&transfer(Vector3::zeros(), Constraint::state(fast)));
+    let seen = |plan: &Plan, step: usize, part: f64| {
+        let [a, b] = [&plan.states[step], &plan.states[step + 1]];
+        let [v, w] = [a, b].map(|state| state.linear_momentum / MASS);
+        let (p, q) = (part, 1.0 - part);
+        let position = (1.0 + 2.0 * p) * q * q * a.position
+            + p * q * q * H * v
+            + p * p * (3.0 - 2.0 * p) * b.position
+            - p * p * q * H * w;
+        let frame = exact(H * (step as f64 + part));
+        let arm = position - frame.pose.origin;
+        (v + part * (w - v) - frame.velocity - frame.turn.cross(&arm)).norm()
+    };
+    let fastest = |plan: &Plan| {
+        let all = (0..INTERVALS * 20).map(|at| seen(plan, at / 20, (at % 20) as f64 / 20.0));
+        all.fold(0.0, f64::max) / limit - 1.0
+    };
+    let (most, without) = (fastest(&found), fastest(&free));
+    println!(
+        "{most:e}, {without:e}, cost {} for {}",
+        found.cost, free.cost
+    );
+    assert!(without > 0.05, "{without}");
+    assert!((-1e-4..=2e-6).contains(&most), "{most:e}");
+    // In between the frame moves by cubics.
+    for at in 20..100 {
+        let time = 0.3 * H * f64::from(at);
+        let (one, other) = (moving.motion(time), exact(time));
+        let error = (one.velocity - other.velocity).norm() + (one.turn - other.turn).norm();
+        assert!(error < 1e-6, "{error:e}");
     }
 }

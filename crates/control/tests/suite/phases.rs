@@ -4,7 +4,9 @@
 use std::ops::Range;
 
 use fastrand::Rng;
-use lgvi_control::constraint::{AngularRate, KeepInSphere, KeepOutSphere, NormLimit, Speed};
+use lgvi_control::constraint::{
+    AngularRate, FrameMotion, FramePose, KeepInSphere, KeepOutSphere, Moving, NormLimit, Speed,
+};
 use lgvi_control::{
     Actuation, Command, Constraint, Dynamics, Motion, NewtonSettings, Place, Plan, PlanError,
     Start, TimeRange, Transfer, solve, solve_minimum_time,
@@ -48,6 +50,8 @@ type Phase = (Range<usize>, Vec<usize>, Vec<Constraint>);
 
 fn phases(case: &Value, body: &RigidBody) -> Vec<Phase> {
     let mut begin = 0;
+    let n = number(&case["N"]) as usize;
+    let h = number(&case["T"]) / n as f64;
     let phase = |phase: &Value| {
         let steps = begin..begin + number(&phase["steps"]) as usize;
         begin = steps.end;
@@ -66,6 +70,20 @@ fn phases(case: &Value, body: &RigidBody) -> Vec<Phase> {
         }
         if let Some(limit) = phase["speed"].as_f64() {
             let speed = Speed::new(limit, body.mass()).expect("a speed");
+            constraints.push(Constraint::state(speed));
+        }
+        if let [limit, rest @ ..] = list(&phase["relative_speed"]) {
+            let [origin, velocity, turn] = [0, 1, 2].map(|at| vector(&rest[at]));
+            let motion = |step: usize| FrameMotion {
+                pose: FramePose {
+                    origin: origin + h * step as f64 * velocity,
+                    rotation: Matrix3::identity(),
+                },
+                velocity,
+                turn,
+            };
+            let speed = Speed::new(number(limit), body.mass()).expect("a speed");
+            let speed = Moving::new(speed, (0..=n).map(motion), h).expect("a moving frame");
             constraints.push(Constraint::state(speed));
         }
         if let Some(limit) = phase["angular_rate"].as_f64() {

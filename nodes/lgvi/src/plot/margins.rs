@@ -3,7 +3,7 @@
 use std::f64::consts::FRAC_PI_2;
 
 use lgvi_control::Constraint;
-use lgvi_control::constraint::Region;
+use lgvi_control::constraint::{FrameMotion, Region};
 use lgvi_scene::{Maneuver, Units};
 use nalgebra::Vector3;
 
@@ -158,9 +158,15 @@ impl Measure {
                 let title = "Angular rate about the limited axis";
                 Self::most(title, "rad/s", rate, limit / units.time)
             }
-            Region::Speed { limit } => {
-                let speed = pose.velocity.norm();
-                Self::most("Speed", "m/s", speed, limit * length / units.time)
+            Region::Speed { frame, limit } => {
+                let unit = length / units.time;
+                let there = frame.velocity_at(&(pose.position / length)) * unit;
+                let title = if *frame == FrameMotion::INERTIAL {
+                    "Speed"
+                } else {
+                    "Speed relative to the other body"
+                };
+                Self::most(title, "m/s", (pose.velocity - there).norm(), limit * unit)
             }
         }
     }

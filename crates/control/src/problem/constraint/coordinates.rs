@@ -13,20 +13,22 @@ pub enum Coordinates {
     AngularMomentum,
     /// `x` and `R`, with derivatives by δx and ζ.
     Pose,
+    /// `x` and `γ`, with derivatives by δx and δγ.
+    Translation,
 }
 
 impl Coordinates {
     /// The part of the motion that they belong to, or `None` if it is both.
     pub fn place(self) -> Option<Place> {
         match self {
-            Self::Position | Self::LinearMomentum => Some(Place::Position),
+            Self::Position | Self::LinearMomentum | Self::Translation => Some(Place::Position),
             Self::Attitude | Self::AngularMomentum => Some(Place::Attitude),
             Self::Pose => None,
         }
     }
 
     /// The indices in z of each group of three; `None` for one that is not planned. `offsets` are the indices of δx and ζ if they
-    /// are planned. A single group is the first; of a pose, position and attitude.
+    /// are planned. A single group is the first; of two groups, the position is.
     pub(crate) fn groups(self, [position, attitude]: [Option<usize>; 2]) -> [Option<usize>; 2] {
         let momentum = |pose: Option<usize>| pose.map(|pose| pose + 3);
         match self {
@@ -35,6 +37,7 @@ impl Coordinates {
             Self::Attitude => [attitude, None],
             Self::AngularMomentum => [momentum(attitude), None],
             Self::Pose => [position, attitude],
+            Self::Translation => [position, momentum(position)],
         }
     }
 }

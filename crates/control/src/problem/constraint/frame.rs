@@ -14,6 +14,17 @@ pub struct FramePose {
     pub rotation: Matrix3<f64>,
 }
 
+/// How a frame moves at one time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FrameMotion {
+    /// Where it is.
+    pub pose: FramePose,
+    /// `v_f`: velocity of the origin, inertial frame.
+    pub velocity: Vector3<f64>,
+    /// `ω`: angular velocity, in inertial axes.
+    pub turn: Vector3<f64>,
+}
+
 impl FramePose {
     /// The inertial frame.
     pub const INERTIAL: Self = Self {
@@ -30,24 +41,63 @@ impl FramePose {
     pub fn seen(&self, position: &Vector3<f64>) -> Vector3<f64> {
         self.rotation.tr_mul(&(position - self.origin))
     }
+}
 
-    /// The pose at the part `part` of the interval that begins at `poses[index]`.
+impl From<FramePose> for FrameMotion {
+    /// A frame at rest.
+    fn from(pose: FramePose) -> Self {
+        Self {
+            pose,
+            velocity: Vector3::zeros(),
+            turn: Vector3::zeros(),
+        }
+    }
+}
+
+impl FrameMotion {
+    /// The inertial frame.
+    pub const INERTIAL: Self = Self {
+        pose: FramePose::INERTIAL,
+        velocity: Vector3::new(0.0, 0.0, 0.0),
+        turn: Vector3::new(0.0, 0.0, 0.0),
+    };
+
+    /// The velocity, in inertial axes, of the point of the frame that is at a position of the inertial frame.
+    pub fn velocity_at(&self, position: &Vector3<f64>) -> Vector3<f64> {
+        self.velocity + self.turn.cross(&(position - self.pose.origin))
+    }
+
+    pub(super) fn is_finite(&self) -> bool {
+        let Self {
+            pose,
+            velocity,
+            turn,
+        } = self;
+        (pose.origin.sum() + pose.rotation.sum() + velocity.sum() + turn.sum()).is_finite()
+    }
+
+    /// The motion at the part `part` of the interval that begins at `motions[index]`.
     ///
-    /// Origin and rotation vector are cubics through the four nearest poses. A frame that turns by more than 45° in the
+    /// Origin, rotation vector and both velocities are cubics through the four nearest. A frame that turns by more than 45° in the
     /// interval turns at a constant rate in it.
-    pub(super) fn between(poses: &[Self], index: usize, part: f64) -> Self {
-        let from = poses[index];
-        let turn = |to: &Self| log(&from.rotation.tr_mul(&to.rotation));
-        let origin = from.origin + cubic(poses, index, part, |pose| pose.origin - from.origin);
-        let next = turn(&poses[index + 1]);
+    pub(super) fn between(motions: &[Self], index: usize, part: f64) -> Self {
+        let from = motions[index];
+        let pose = from.pose;
+        let turn = |to: &Self| log(&pose.rotation.tr_mul(&to.pose.rotation));
+        let through = |value: &dyn Fn(&Self) -> Vector3<f64>| cubic(motions, index, part, value);
+        let next = turn(&motions[index + 1]);
         let turned = if next.norm() > FRAC_PI_4 {
             part * next
         } else {
-            cubic(poses, index, part, turn)
+            through(&turn)
         };
         Self {
-            origin,
-            rotation: from.rotation * exp(&turned),
+            pose: FramePose {
+                origin: pose.origin + through(&|to| to.pose.origin - pose.origin),
+                rotation: pose.rotation * exp(&turned),
+            },
+            velocity: from.velocity + through(&|to| to.velocity - from.velocity),
+            turn: from.turn + through(&|to| to.turn - from.turn),
         }
     }
 }

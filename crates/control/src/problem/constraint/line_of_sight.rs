@@ -4,7 +4,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
 use super::sight::Sight;
-use super::{ByAttitude, Coordinates, Region, StateConstraint};
+use super::{BySecond, Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, point};
 
@@ -79,9 +79,9 @@ impl StateConstraint for LineOfSight {
         (gradient / -self.sine, hessian / -self.sine)
     }
 
-    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
+    fn by_second(&self, state: &BodyState) -> Option<BySecond> {
         let cosine = Sight::new(state, &self.axis, &self.point).by_attitude();
-        Some(ByAttitude {
+        Some(BySecond {
             gradient: cosine.gradient / -self.sine,
             hessian: cosine.hessian / -self.sine,
             mixed: cosine.mixed / -self.sine,

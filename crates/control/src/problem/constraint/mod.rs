@@ -45,8 +45,8 @@ pub use cone::KeepOutCone;
 pub use coordinates::Coordinates;
 pub use corridor::Corridor;
 pub use ellipsoid::KeepOutEllipsoid;
-pub use frame::FramePose;
 pub(crate) use frame::cubic;
+pub use frame::{FrameMotion, FramePose};
 pub use keep_in::KeepInSphere;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
 pub use line_of_sight::LineOfSight;
@@ -117,16 +117,17 @@ pub trait StateConstraint: Comparable + Debug + Send + Sync {
     /// The dimensionless `g`.
     fn value(&self, state: &BodyState) -> f64;
 
-    /// The gradient and the symmetric Hessian of `g` by its coordinates, of a pose by its position. `x` moves to `x + δx`, `R` to
+    /// The gradient and the symmetric Hessian of `g` by its coordinates, of two groups of them by the first. `x` moves to `x + δx`, `R` to
     /// `R exp S(ζ)`, and momenta as `x` does.
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>);
 
-    /// The derivatives of a `g` on the pose that involve the attitude.
-    fn by_attitude(&self, _state: &BodyState) -> Option<ByAttitude> {
+    /// The derivatives that involve the second group of coordinates, if there is one: the attitude of a pose, the momentum of a
+    /// translation.
+    fn by_second(&self, _state: &BodyState) -> Option<BySecond> {
         None
     }
 
-    /// The displacement (rad of the attitude, also of a pose) that changes `g` by 1, to first order at the boundary.
+    /// The displacement (rad of the attitude, also of a pose; of a translation, that of the momentum) that changes `g` by 1, to first order at the boundary.
     fn size(&self) -> f64;
 
     /// A factor of `g` that keeps the scale of `g` meaningful near `state`.
@@ -149,20 +150,26 @@ pub trait StateConstraint: Comparable + Debug + Send + Sync {
         None
     }
 
+    /// The constraint relative to a frame, if it depends on how the frame moves. Otherwise it is evaluated at the pose as it is seen
+    /// from there.
+    fn relative_to(&self, _frame: &FrameMotion) -> Option<Arc<dyn StateConstraint>> {
+        None
+    }
+
     /// The constraint as it is at a time after the start of the transfer. Returns `None` if it does not change with time.
     fn at(&self, _time: f64) -> Option<Arc<dyn StateConstraint>> {
         None
     }
 }
 
-/// The derivatives of an inequality on the pose that involve the attitude.
+/// The derivatives of an inequality on two groups of coordinates that involve the second, ζ or δγ.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ByAttitude {
-    /// The gradient by ζ.
+pub struct BySecond {
+    /// The gradient by it.
     pub gradient: Vector3<f64>,
-    /// The symmetric Hessian by ζ.
+    /// The symmetric Hessian by it.
     pub hessian: Matrix3<f64>,
-    /// The second derivatives by δx (rows) and ζ (columns).
+    /// The second derivatives by δx (rows) and by it (columns).
     pub mixed: Matrix3<f64>,
 }
 
@@ -294,7 +301,7 @@ impl Constraint {
     pub fn region_at(&self, time: f64) -> Option<Region> {
         let region = self.region()?;
         let moving = self.downcast_ref::<Moving>();
-        Some(moving.map_or(region, |moving| region.placed(&moving.pose(time))))
+        Some(moving.map_or(region, |moving| region.placed(&moving.motion(time))))
     }
 
     fn any(&self) -> &dyn Any {

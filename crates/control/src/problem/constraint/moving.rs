@@ -4,22 +4,23 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
-use super::{ByAttitude, Coordinates, FramePose, Region, StateConstraint};
+use super::{BySecond, Coordinates, FrameMotion, FramePose, Region, StateConstraint};
 use crate::problem::ParameterError;
 
-/// A constraint on the pose relative to a frame that moves in a known way: `g(R_fᵀ (x − x_f), R_fᵀ R)`. The motion of the
-/// frame is data, so that derivatives are those of `g`, turned.
+/// A constraint relative to a frame that moves in a known way. One on the pose is `g(R_fᵀ (x − x_f), R_fᵀ R)`: the motion of the
+/// frame is data, so that derivatives are those of `g`, turned. One that depends on how the frame moves says itself what it is
+/// there ([`StateConstraint::relative_to`]).
 ///
 /// # Assumptions and limitations
-/// The frame's poses are known at the ends of equal intervals. Between them they are cubics through the four nearest. The
+/// The frame's motion is known at the ends of equal intervals. Between them it is cubics through the four nearest. The
 /// derivative of the cost by the final time does not know that the frame moves: a transfer under this constraint has a fixed
 /// final time.
 #[derive(Clone, Debug)]
 pub struct Moving {
     constraint: Arc<dyn StateConstraint>,
-    poses: Arc<[FramePose]>,
+    motions: Arc<[FrameMotion]>,
     interval: f64,
-    /// Time from the first pose to the start of the transfer.
+    /// Time from the first of them to the start of the transfer.
     start: f64,
 }
 
@@ -27,27 +28,33 @@ pub struct Moving {
 const ROUNDING: f64 = 1e-6;
 
 impl Moving {
-    /// `constraint` in the frame with these poses, from the start to the end of the transfer, `interval` > 0 apart in time.
+    /// `constraint` in the frame that moves like this, from the start to the end of the transfer, `interval` > 0 apart in time.
+    /// For a constraint on the pose, a [`FramePose`] is enough.
     ///
     /// # Errors
-    /// Returns an error if there is no pose, if a pose is not finite, or if `interval` is not a positive number.
+    /// Returns an error if there is no motion, if one is not finite, or if `interval` is not a positive number.
     pub fn new(
         constraint: impl StateConstraint,
-        poses: impl Into<Arc<[FramePose]>>,
+        motions: impl IntoIterator<Item = impl Into<FrameMotion>>,
         interval: f64,
     ) -> Result<Self, ParameterError> {
-        let poses = poses.into();
-        let finite = |pose: &FramePose| (pose.origin.sum() + pose.rotation.sum()).is_finite();
-        if poses.is_empty() || !poses.iter().all(finite) {
-            let expected = "one or more finite poses";
-            return Err(ParameterError::new("poses", poses.len(), expected));
-        }
+        let motions: Arc<[FrameMotion]> = motions.into_iter().map(Into::into).collect();
+        let first = match motions.first() {
+            Some(first) if motions.iter().all(FrameMotion::is_finite) => first,
+            _ => {
+                let expected = "one or more finite poses";
+                return Err(ParameterError::new("poses", motions.len(), expected));
+            }
+        };
         if !(interval.is_finite() && interval > 0.0) {
             return Err(ParameterError::new("interval", interval, "a number > 0"));
         }
         Ok(Self {
-            constraint: Arc::new(constraint),
-            poses,
+            constraint: match constraint.relative_to(first) {
+                Some(relative) => relative,
+                None => Arc::new(constraint),
+            },
+            motions,
             interval,
             start: 0.0,
         })
@@ -68,24 +75,32 @@ impl Moving {
 
     /// The pose at a time after the start; before the first and after the last, it is that one.
     pub fn pose(&self, time: f64) -> FramePose {
-        let last = self.poses.len() - 1;
+        self.motion(time).pose
+    }
+
+    /// The motion at a time after the start; before the first and after the last, it is that one.
+    pub fn motion(&self, time: f64) -> FrameMotion {
+        let last = self.motions.len() - 1;
         let at = ((self.start + time) / self.interval).clamp(0.0, last as f64);
         let before = at.floor();
         let (index, part) = (before as usize, at - before);
         if part <= ROUNDING {
-            return self.poses[index];
+            return self.motions[index];
         }
         if part >= 1.0 - ROUNDING {
-            return self.poses[(index + 1).min(last)];
+            return self.motions[(index + 1).min(last)];
         }
-        FramePose::between(&self.poses, index, part)
+        FrameMotion::between(&self.motions, index, part)
     }
 
-    fn placed(&self, pose: FramePose) -> Placed {
-        Placed {
-            constraint: self.constraint.clone(),
-            pose,
-        }
+    fn placed(&self, time: f64) -> Arc<dyn StateConstraint> {
+        let motion = self.motion(time);
+        self.constraint.relative_to(&motion).unwrap_or_else(|| {
+            Arc::new(Placed {
+                constraint: self.constraint.clone(),
+                pose: motion.pose,
+            })
+        })
     }
 }
 
@@ -97,7 +112,7 @@ fn same(one: &Arc<dyn StateConstraint>, other: &Arc<dyn StateConstraint>) -> boo
 impl PartialEq for Moving {
     fn eq(&self, other: &Self) -> bool {
         same(&self.constraint, &other.constraint)
-            && self.poses == other.poses
+            && self.motions == other.motions
             && self.interval == other.interval
             && self.start == other.start
     }
@@ -118,17 +133,17 @@ impl StateConstraint for Moving {
 
     /// `g` at the start.
     fn value(&self, state: &BodyState) -> f64 {
-        self.placed(self.pose(0.0)).value(state)
+        self.placed(0.0).value(state)
     }
 
     /// Those of `g` at the start.
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
-        self.placed(self.pose(0.0)).derivatives(state)
+        self.placed(0.0).derivatives(state)
     }
 
     /// Those of `g` at the start.
-    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
-        self.placed(self.pose(0.0)).by_attitude(state)
+    fn by_second(&self, state: &BodyState) -> Option<BySecond> {
+        self.placed(0.0).by_second(state)
     }
 
     fn size(&self) -> f64 {
@@ -144,7 +159,7 @@ impl StateConstraint for Moving {
         start: &Vector3<f64>,
         end: Option<&Vector3<f64>>,
     ) -> Option<Arc<dyn StateConstraint>> {
-        let last = self.poses[self.poses.len() - 1];
+        let last = self.motions[self.motions.len() - 1].pose;
         let start = self.pose(0.0).seen(start);
         let end = end.map(|end| last.seen(end));
         let constraint = self.constraint.between(&start, end.as_ref())?;
@@ -155,7 +170,7 @@ impl StateConstraint for Moving {
     }
 
     fn at(&self, time: f64) -> Option<Arc<dyn StateConstraint>> {
-        Some(Arc::new(self.placed(self.pose(time))))
+        Some(self.placed(time))
     }
 }
 
@@ -199,7 +214,7 @@ impl StateConstraint for Placed {
     fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.seen(state));
         match self.coordinates() {
-            Coordinates::Position | Coordinates::Pose => {
+            Coordinates::Position | Coordinates::Pose | Coordinates::Translation => {
                 let turn = self.pose.rotation;
                 (turn * gradient, turn * hessian * turn.transpose())
             }
@@ -208,9 +223,9 @@ impl StateConstraint for Placed {
         }
     }
 
-    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
-        let seen = self.constraint.by_attitude(&self.seen(state))?;
-        Some(ByAttitude {
+    fn by_second(&self, state: &BodyState) -> Option<BySecond> {
+        let seen = self.constraint.by_second(&self.seen(state))?;
+        Some(BySecond {
             mixed: self.pose.rotation * seen.mixed,
             ..seen
         })

@@ -4,7 +4,7 @@ use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, Vector3};
 
 use super::sight::Sight;
-use super::{ByAttitude, Coordinates, Region, StateConstraint};
+use super::{BySecond, Coordinates, Region, StateConstraint};
 use crate::problem::ParameterError;
 use crate::problem::parameter::{angle, direction, length, point};
 
@@ -146,7 +146,7 @@ impl StateConstraint for Plume {
         (first[0] * a + first[1] * b, hessian)
     }
 
-    fn by_attitude(&self, state: &BodyState) -> Option<ByAttitude> {
+    fn by_second(&self, state: &BodyState) -> Option<BySecond> {
         let sight = self.sight(state);
         let Edge { first, second, .. } = self.edge(&sight);
         let cosine = sight.by_attitude();
@@ -155,7 +155,7 @@ impl StateConstraint for Plume {
         let along = second[0] * by_position - second[1] / self.distance * distance;
         let gradient = cosine.gradient / self.sine;
         let share = first[0] / self.sine;
-        Some(ByAttitude {
+        Some(BySecond {
             gradient: first[0] * gradient,
             hessian: share * cosine.hessian + second[0] * gradient * gradient.transpose(),
             mixed: share * cosine.mixed + along * gradient.transpose(),

@@ -1,6 +1,6 @@
 use nalgebra::{Matrix3, Vector3};
 
-use super::FramePose;
+use super::FrameMotion;
 
 /// The states that a constraint allows, for those who draw it.
 ///
@@ -69,16 +69,19 @@ pub enum Region {
         /// The largest rate.
         limit: f64,
     },
-    /// The speed of the center of mass is limited.
+    /// The speed of the center of mass, relative to a frame, is limited.
     Speed {
+        /// The frame.
+        frame: FrameMotion,
         /// The largest speed.
         limit: f64,
     },
 }
 
 impl Region {
-    /// The region of a frame with this pose, in the inertial frame.
-    pub fn placed(self, pose: &FramePose) -> Self {
+    /// The region of a frame in this motion, in the inertial frame.
+    pub fn placed(self, frame: &FrameMotion) -> Self {
+        let pose = &frame.pose;
         match self {
             Self::OutsideEllipsoid {
                 center,
@@ -131,7 +134,11 @@ impl Region {
                 half_angle,
                 distance,
             },
-            Self::AngularRate { .. } | Self::Speed { .. } => self,
+            Self::Speed { limit, .. } => Self::Speed {
+                frame: *frame,
+                limit,
+            },
+            Self::AngularRate { .. } => self,
         }
     }
 }

@@ -3,7 +3,7 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{ByAttitude, CommandInequality, Constraint, Coordinates, StateConstraint, Window};
+use super::{BySecond, CommandInequality, Constraint, Coordinates, StateConstraint, Window};
 use crate::problem::{Actuation, Command, MAX_COMMANDS, TerminalSet};
 use crate::units::Units;
 
@@ -362,13 +362,16 @@ impl StateInequality {
         }
     }
 
-    /// The unit of the coordinates, of a pose that of the position.
-    fn unit(&self) -> f64 {
+    /// The unit of each group of coordinates; that of a single one twice.
+    fn unit(&self) -> [f64; 2] {
+        let (length, momentum) = (self.units.length(), self.units.linear_momentum());
         match self.coordinates() {
-            Coordinates::Position | Coordinates::Pose => self.units.length(),
-            Coordinates::LinearMomentum => self.units.linear_momentum(),
-            Coordinates::Attitude => 1.0,
-            Coordinates::AngularMomentum => self.units.angular_momentum(),
+            Coordinates::Position => [length; 2],
+            Coordinates::Pose => [length, 1.0],
+            Coordinates::Translation => [length, momentum],
+            Coordinates::LinearMomentum => [momentum; 2],
+            Coordinates::Attitude => [1.0; 2],
+            Coordinates::AngularMomentum => [self.units.angular_momentum(); 2],
         }
     }
 
@@ -377,12 +380,10 @@ impl StateInequality {
         self.constraint.scale(&self.units.state(state))
     }
 
-    /// The displacement (rad of the attitude) that changes `g` by 1, to first order at the boundary.
+    /// The displacement of the last group of coordinates that changes `g` by 1, to first order at the boundary.
     pub(crate) fn size(&self) -> f64 {
-        match self.coordinates() {
-            Coordinates::Pose => self.constraint.size(),
-            _ => self.constraint.size() / self.unit(),
-        }
+        let [_, unit] = self.unit();
+        self.constraint.size() / unit
     }
 
     /// `g(s)` minus the slack.
@@ -395,25 +396,27 @@ impl StateInequality {
         self.constraint.excess(g + self.slack)
     }
 
-    /// The gradient and the symmetric Hessian of `g` by its coordinates, of a pose by its position, with variations as in
+    /// The gradient and the symmetric Hessian of `g` by its first group of coordinates, with variations as in
     /// `DiscreteDynamics::moved`.
     pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
         let (gradient, hessian) = self.constraint.derivatives(&self.units.state(state));
-        let unit = self.unit();
+        let [unit, _] = self.unit();
         (unit * gradient, (unit * unit) * hessian)
     }
 
-    /// The derivatives of a `g` on the pose that involve the attitude.
-    pub(crate) fn by_attitude(&self, state: &BodyState) -> ByAttitude {
-        let found = self.constraint.by_attitude(&self.units.state(state));
-        let found = found.unwrap_or(ByAttitude {
+    /// The derivatives that involve the second group of coordinates.
+    pub(crate) fn by_second(&self, state: &BodyState) -> BySecond {
+        let found = self.constraint.by_second(&self.units.state(state));
+        let found = found.unwrap_or(BySecond {
             gradient: Vector3::zeros(),
             hessian: Matrix3::zeros(),
             mixed: Matrix3::zeros(),
         });
-        ByAttitude {
-            mixed: self.unit() * found.mixed,
-            ..found
+        let [unit, second] = self.unit();
+        BySecond {
+            gradient: second * found.gradient,
+            hessian: (second * second) * found.hessian,
+            mixed: (unit * second) * found.mixed,
         }
     }
 }

@@ -4,7 +4,7 @@ use lgvi_dynamics::BodyState;
 use lgvi_lie::hat;
 use nalgebra::{Matrix3, Vector3};
 
-use super::ByAttitude;
+use super::BySecond;
 use crate::problem::pointing::Pointing;
 
 /// The cosine `c = R a · u` with `u = (p − x)/r`, and the distance `r`.
@@ -69,7 +69,7 @@ impl<'s> Sight<'s> {
     }
 
     /// The derivatives of the cosine that involve the attitude.
-    pub(super) fn by_attitude(&self) -> ByAttitude {
+    pub(super) fn by_attitude(&self) -> BySecond {
         let Self {
             state, axis, unit, ..
         } = self;
@@ -80,7 +80,7 @@ impl<'s> Sight<'s> {
         } else {
             Matrix3::zeros()
         };
-        ByAttitude {
+        BySecond {
             gradient: pointing.gradient,
             hessian: pointing.hessian,
             mixed,

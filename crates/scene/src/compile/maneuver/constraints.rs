@@ -1,7 +1,7 @@
 use std::sync::Arc;
 
 use lgvi_control::constraint::{
-    AngularRate, CommandLimit, ComponentLimit, Corridor, FramePose, KeepInSphere, KeepOutCone,
+    AngularRate, CommandLimit, ComponentLimit, Corridor, FrameMotion, KeepInSphere, KeepOutCone,
     KeepOutEllipsoid, KeepOutSphere, LineOfSight, Moving, NormLimit, Plume, Speed, StateConstraint,
 };
 use lgvi_control::{Actuation, Constraint, Motion, ParameterError, Place};
@@ -12,6 +12,7 @@ use serde::Deserialize;
 use super::moves;
 use super::prediction::Predictions;
 use crate::angle::{self, AngleFile};
+use crate::axes::Axes;
 use crate::file::{AttitudeFile, EachFile, RelativeFile};
 use crate::{Scene, SceneError, check};
 
@@ -126,8 +127,10 @@ pub(crate) enum ConstraintFile {
     },
     /// A limit on the speed of the center of mass.
     Speed {
-        /// Largest speed, inertial frame.
+        /// Largest speed.
         limit: f64,
+        /// Axes that the velocity is relative to, as seen in them; the inertial frame by default.
+        relative_to: Option<RelativeFile>,
         /// Cost of a violation per unit of time, in the unit of the cost of commands for each unit of it; by default a violation
         /// is forbidden.
         price: Option<f64>,
@@ -197,7 +200,7 @@ pub(super) fn constraints<'s>(
                 None => None,
                 Some(file) => {
                     let axes = predictions.axes(&key("relative_to"), file)?;
-                    Some((axes.iter().map(FramePose::from).collect(), scene.h()))
+                    Some((axes, scene.h()))
                 }
             };
             let axes = match file.attitude() {
@@ -245,6 +248,7 @@ impl ConstraintFile {
             | Self::Corridor { relative_to, .. }
             | Self::KeepOutEllipsoid { relative_to, .. }
             | Self::LineOfSight { relative_to, .. }
+            | Self::Speed { relative_to, .. }
             | Self::Plume { relative_to, .. } => relative_to.as_ref(),
             _ => None,
         }
@@ -277,14 +281,17 @@ impl ConstraintFile {
     }
 }
 
-/// The poses of a frame at the ends of steps, and the length of a step.
-type Frame = Option<(Arc<[FramePose]>, f64)>;
+/// The motion of a frame at the ends of steps, and the length of a step.
+type Frame = Option<(Arc<[Axes]>, f64)>;
 
 /// Returns a constraint on states in a frame, or in the inertial frame.
 fn state(constraint: impl StateConstraint, frame: Frame) -> Result<Constraint, ParameterError> {
     Ok(match frame {
         None => Constraint::state(constraint),
-        Some((poses, h)) => Constraint::state(Moving::new(constraint, poses, h)?),
+        Some((axes, h)) => {
+            let motions = axes.iter().map(FrameMotion::from);
+            Constraint::state(Moving::new(constraint, motions, h)?)
+        }
     })
 }
 
@@ -339,7 +346,7 @@ fn constraint(
                 None => rate,
             })
         }
-        File::Speed { limit, .. } => Constraint::state(Speed::new(*limit, body.mass())?),
+        File::Speed { limit, .. } => state(Speed::new(*limit, body.mass())?, frame)?,
         File::KeepOutEllipsoid {
             center, semi_axes, ..
         } => {

@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 use std::sync::Arc;
 
-use lgvi_control::constraint::FramePose;
+use lgvi_control::constraint::{FrameMotion, FramePose};
 use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::Vector3;
 
@@ -251,11 +251,15 @@ fn bodies(
     Ok(bodies)
 }
 
-impl From<&Axes> for FramePose {
+impl From<&Axes> for FrameMotion {
     fn from(axes: &Axes) -> Self {
         Self {
-            origin: axes.origin,
-            rotation: axes.rotation,
+            pose: FramePose {
+                origin: axes.origin,
+                rotation: axes.rotation,
+            },
+            velocity: axes.velocity,
+            turn: axes.rotation * axes.turn,
         }
     }
 }

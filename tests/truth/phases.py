@@ -141,7 +141,7 @@ POINTS = [
      "phases": [{"steps": 30}, {"steps": 30, "relative_speed": [0.4, [0.2, -0.6, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.5]]}]},
     {"name": "slow about a center beside a frame that turns fast", "N": 50, "T": 2.5, "mass": 1.5, "gm": 1.0,
      "start": circular(1.0, 0.0), "end": circular(1.4, 1.9, 0.1),
-     "phases": [{"steps": 20}, {"steps": 30, "relative_speed": [0.4, [0.9, 0.2, -0.1], [-0.5, 0.3, 0.1], [0.3, -0.4, 1.1]]}]},
+     "phases": [{"steps": 20}, {"steps": 30, "relative_speed": [0.5, [0.95, 1.57, -0.08], [-0.6, -0.1, 0.05], [0.3, -0.4, 1.1]]}]},
 ]
 SMALL = [[0.0, -0.3, 0.0], 1.6]
 BODIES = [

@@ -2,7 +2,7 @@
 
 use std::any::{Any, TypeId};
 
-use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, Moving};
+use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, Moving, StateConstraint};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::{Scene, Seen};
 use nalgebra::{Matrix3, Vector3};
@@ -131,6 +131,48 @@ fn relative_constraints_are_in_the_axes_of_the_flown_body() {
             let pose = moving.pose(0.02 * step as f64);
             assert_eq!(pose.origin, states[index].position, "{kind}");
             assert!((pose.rotation - rotation).norm() < 1e-14, "{kind}");
+        }
+    }
+}
+
+/// A speed relative to axes is that of the point seen from them, as they move and turn at that time.
+#[test]
+fn a_relative_speed_is_seen_from_the_axes_of_the_flown_body() {
+    let limit = 0.7;
+    for (index, name, kinds) in [
+        (1, "target", &["inertial", "rtn", "lvlh", "body"][..]),
+        (2, "beacon", &["inertial", "rtn", "body"]),
+        (3, "tower", &["inertial", "body"]),
+    ] {
+        for kind in kinds {
+            let keys = format!(
+                "constraints = [{{ kind = \"speed\", limit = {limit}, relative_to = {{ body = \"{name}\", axes = \"{kind}\" }} }}]\n"
+            );
+            let scene = parse(&text(&keys, "position = [3, 1, 0]\n"));
+            let constraint = &scene.maneuver.as_ref().unwrap().constraints[0];
+            let moving: &Moving = constraint.downcast_ref().expect("a moving constraint");
+            let states = flown(&scene);
+            for (step, pair) in states.windows(2).enumerate() {
+                let [one, later] = [&pair[0], &pair[1]];
+                let own = one[0];
+                let body = &scene.bodies[index].body;
+                let (a, rate) = axes(&scene, index, &one[index], kind);
+                let arm = own.position - one[index].position;
+                let own_velocity = own.velocity(&scene.bodies[0].body);
+                let seen = own_velocity - one[index].velocity(body) - rate.cross(&arm);
+                let there = moving.at(0.02 * step as f64).expect("a constraint of then");
+                let expected = 0.5 * (seen.norm_squared() / (limit * limit) - 1.0);
+                let error = there.value(&own) - expected;
+                assert!(error.abs() < 1e-13, "{name} {kind} {step}: {error:e}");
+                // It is how fast the coordinates in the axes change, to the first order of a step.
+                let (b, _) = axes(&scene, index, &later[index], kind);
+                let moved = later[0].position - later[index].position;
+                let change = (b.tr_mul(&moved) - a.tr_mul(&arm)) / 0.02;
+                assert!(
+                    (change.norm() - seen.norm()).abs() < 0.1,
+                    "{name} {kind} {step}"
+                );
+            }
         }
     }
 }

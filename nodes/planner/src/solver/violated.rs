@@ -2,7 +2,7 @@
 
 use lgvi_control::constraint::{Coordinates, Region};
 use lgvi_control::{Constraint, PlanError};
-use lgvi_scene::{Maneuver, Phase, Scene, Stated};
+use lgvi_scene::{Commands, Maneuver, Phase, Scene, Stated};
 
 /// What no plan meets.
 #[derive(Clone, Copy, Debug)]
@@ -147,8 +147,14 @@ impl Violated {
                 )
             }
             None => {
-                let actuator = maneuver.commands().name().trim_end_matches('s');
-                format!("violates the limit of a {actuator} by {:.2} %", 100.0 * by)
+                let limit = match maneuver.commands() {
+                    Commands::Loads => "the thrust of the engine".to_owned(),
+                    actuators => {
+                        let actuator = actuators.name().trim_end_matches('s');
+                        format!("the limit of a {actuator}")
+                    }
+                };
+                format!("violates {limit} by {:.2} %", 100.0 * by)
             }
         };
         match what {
@@ -250,6 +256,15 @@ mod tests {
             told.contains("the plan needs 13.9") && told.contains(expected),
             "{told}"
         );
+    }
+
+    #[test]
+    fn a_thrust_that_does_not_suffice_is_that_of_the_engine() {
+        let text = include_str!("../../../../scenes/earth_mars.toml");
+        let text = text.replace("steps = 400", "steps = 50");
+        let told = refused(&text, "thrust = 0.5e-3", "thrust = 0.2e-3");
+        let expected = "the closest one violates the thrust of the engine by ";
+        assert!(told.contains(expected), "{told}");
     }
 
     #[test]

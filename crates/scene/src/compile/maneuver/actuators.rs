@@ -50,7 +50,7 @@ pub(super) fn engine(
         (
             "dynamics",
             dynamics(scene, file) != Dynamics::Lgvi,
-            "\"lie_euler\"",
+            "lie_euler",
             "\"lgvi\"",
         ),
     ] {

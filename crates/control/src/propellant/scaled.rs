@@ -15,6 +15,9 @@ use crate::solver::{PlanError, command_forces};
 use crate::units::Units;
 use crate::{Certificate, Command, Dynamics, Motion, Plan, Sweep, Transfer, miss};
 
+/// The part of the largest flow up to which a command is too small for its direction to count.
+const SMALL: f64 = 1e-3;
+
 /// A transfer as one of its scaled motion.
 pub(super) struct Scaled<'t> {
     transfer: &'t Transfer,
@@ -109,14 +112,17 @@ impl<'t> Scaled<'t> {
         let each = plan.commands.iter().zip(&forces);
         let held = each.map(|(w, force)| (force.dot(w) - h * actuation.rate(w)).max(0.0));
         along.costs = masses.costs(&held.collect::<Vec<_>>());
-        // `−Bᵀ λ`, along which commands act.
-        let primer = |(w, force): (&Command, &Command)| match actuation.minimizes_fuel() {
+        let largest = plan.commands.iter().map(|w| self.flows.rate(w));
+        let small = SMALL * largest.fold(0.0, f64::max);
+        // The direction of the command, or that of `−Bᵀ λ`, along which one would act.
+        let direction = |(w, force): (&Command, &Command)| match actuation.minimizes_fuel() {
+            _ if self.flows.rate(w) > small => *w,
             true => *force,
             false => force + h * (actuation.weight() * w),
         };
-        let primers = plan.commands.iter().zip(&forces).map(primer);
-        along.flows = primers
-            .map(|primer| self.flows.gradient(&primer) / mass)
+        let directions = plan.commands.iter().zip(&forces).map(direction);
+        along.flows = directions
+            .map(|direction| self.flows.gradient(&direction) / mass)
             .collect();
         let sizes = forces
             .iter()

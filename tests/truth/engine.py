@@ -33,8 +33,11 @@ MARS = {
 }
 
 
+WEIGHTS = [1.0, 25.0, 4.0]
+
+
 def plan(case, cost):
-    """The propellant of a plan at least "energy" or "fuel", and what it costs."""
+    """The propellant of a plan at least "energy" or "fuel", or least energy with `WEIGHTS` of the components, and what it costs."""
     n, h, limit, gm, c = case["N"], case["T"] / case["N"], case["limit"], case["gm"], case["exhaust_velocity"]
     full = case["mass"]
     x, p, m, f, q = (ca.MX.sym(s, k, n + e) for s, k, e in (("x", 3, 1), ("p", 3, 1), ("m", 1, 1), ("f", 3, 0), ("q", 1, 0)))
@@ -65,7 +68,8 @@ def plan(case, cost):
     guess = np.concatenate([path.flatten(), (masses[:, None] * speed).flatten(), masses, np.full(3 * n, limit / 4),
                             np.full(n, limit / 2)])
     middle = m[:n] - h / 2 * q / c
-    energy = h / 2 * ca.sum2(squares * (full / middle) ** 2)
+    weights = ca.DM(WEIGHTS if cost == "weighted" else [1.0, 1.0, 1.0])
+    energy = h / 2 * ca.sum2(ca.mtimes(weights.T, f * f) * (full / middle) ** 2)
     value, at = solved(case["name"], unknowns, energy, ca.vertcat(equal, norm), bounds, guess)
     if cost == "fuel":
         value, at = solved(case["name"], unknowns, h / c * ca.sum2(q * full / middle), equal, [norm, *bounds], at)
@@ -117,7 +121,7 @@ def at_random(seed):
 
 def main():
     cases = [at_random(seed) for seed in range(1, 5)] + [{**MARS, "N": n} for n in (100,)]
-    cases = [{**case, **{cost: plan(case, cost) for cost in ("energy", "fuel")}} for case in cases]
+    cases = [{**case, **{cost: plan(case, cost) for cost in ("energy", "weighted", "fuel")}} for case in cases]
     about = ("Transfers by an engine in N LGVI steps, by engine.py (CasADi %s, IPOPT, tolerance 1e-9): what is minimized and the "
              "propellant. From Earth to Mars also the final mass in continuous time." % ca.__version__)
     print(json.dumps({"about": about, "cases": cases, "earth_mars": {"final_mass": shooting(MARS)}}, indent=1))

@@ -16,7 +16,7 @@ use crate::units::Units;
 use crate::{Certificate, Command, Dynamics, Motion, Plan, Sweep, Transfer, miss};
 
 /// The part of the largest flow up to which a command is too small for its direction to count.
-const SMALL: f64 = 1e-3;
+const SMALL: f64 = 1e-6;
 
 /// A transfer as one of its scaled motion.
 pub(super) struct Scaled<'t> {

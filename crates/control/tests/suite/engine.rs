@@ -42,7 +42,12 @@ fn body(mass: f64, propellant: f64, engine: Engine) -> RigidBody {
 enum Cost {
     Propellant,
     Energy,
+    /// The energy with weights of the components of the force.
+    Weighted,
 }
+
+/// Those of `engine.py`.
+const WEIGHTS: Vector3<f64> = Vector3::new(1.0, 25.0, 4.0);
 
 #[derive(Clone)]
 struct Case<F> {
@@ -61,14 +66,15 @@ impl<F: Attractor + Copy + 'static> Case<F> {
         let limit = NormLimit::new(Place::Position, engine.thrust).expect("a limit");
         let limits = [Constraint::commands(limit)];
         let price = match cost {
-            Cost::Propellant => engine.exhaust_velocity.recip(),
-            Cost::Energy => 1.0,
+            Cost::Propellant => Vector3::repeat(engine.exhaust_velocity.recip()),
+            Cost::Energy => Vector3::repeat(1.0),
+            Cost::Weighted => WEIGHTS,
         };
-        let weights = [price, 1.0].map(Matrix3::from_diagonal_element);
-        let actuation = Actuation::full(&weights[0], &weights[1]).expect("an actuation");
+        let weight = Matrix3::from_diagonal(&price);
+        let actuation = Actuation::full(&weight, &Matrix3::identity()).expect("an actuation");
         let actuation = match cost {
             Cost::Propellant => actuation.minimizing_fuel(&limits).expect("limits"),
-            Cost::Energy => actuation,
+            Cost::Energy | Cost::Weighted => actuation,
         };
         let transfer = Transfer::new(
             body.clone(),
@@ -195,21 +201,31 @@ fn propellant_is_what_ipopt_finds_with_the_mass_as_a_state() {
             target: at("end").try_into().expect("a target"),
             motion: Motion::Translation,
         };
-        for (cost, key) in [(Cost::Propellant, "fuel"), (Cost::Energy, "energy")] {
+        for (cost, key) in [
+            (Cost::Propellant, "fuel"),
+            (Cost::Energy, "energy"),
+            (Cost::Weighted, "weighted"),
+        ] {
             let transfer = case.transfer(&body, cost).expect("a transfer");
             let plan = planned(&transfer).expect("a plan");
             let masses = plan.masses(&transfer);
+            let weights = match cost {
+                Cost::Weighted => WEIGHTS,
+                _ => Vector3::repeat(1.0),
+            };
             let scaled = |(k, force): (usize, &Load)| {
                 let middle = 0.5 * (masses[k] + masses[k + 1]);
-                force.force.norm() * masses[0] / middle
+                let force = force.force.component_mul(&weights.map(f64::sqrt));
+                force.norm() * masses[0] / middle
             };
             let scaled: Vec<_> = plan.controls.iter().enumerate().map(scaled).collect();
             let minimum: f64 = match cost {
                 Cost::Propellant => scaled.iter().sum::<f64>() / engine.exhaust_velocity,
-                Cost::Energy => scaled.iter().map(|w| 0.5 * w * w).sum(),
+                Cost::Energy | Cost::Weighted => scaled.iter().map(|w| 0.5 * w * w).sum(),
             };
             let minimum = case.h * minimum;
             let dearer = minimum / number(&reference[key]["minimum"]) - 1.0;
+            println!("{} {key}: {dearer:e}", reference["name"]);
             assert!(
                 dearer.abs() < 2e-6,
                 "{} {key}: {dearer:e}",

@@ -2,7 +2,6 @@ use std::cell::Cell;
 use std::ops::Range;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-use lgvi_control::Motion;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
 use lgvi_dynamics::{BodyState, Load, Skip};
@@ -77,11 +76,11 @@ impl<'a> Campaign<'a> {
         if scene.maneuver.is_some() != guidance.steps().is_some() {
             return Err(EnsembleError::Commands);
         }
-        if let Some(maneuver) = &scene.maneuver {
-            let named = &scene.bodies[maneuver.body];
-            if named.has_engine() && maneuver.motion != Motion::Rotation {
-                return Err(EnsembleError::Engine(named.name.clone()));
-            }
+        if let Some(maneuver) = &scene.maneuver
+            && maneuver.by_engine(scene)
+        {
+            let name = scene.bodies[maneuver.body].name.clone();
+            return Err(EnsembleError::Engine(name));
         }
         let mut scheme = scene.scheme()?;
         scene.simulation(scheme)?;

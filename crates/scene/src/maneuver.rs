@@ -189,6 +189,16 @@ impl Maneuver {
         self.commands() == Commands::Thrusters
     }
 
+    /// Returns true if the forces of the maneuver are those of the body's engine.
+    pub fn by_engine(&self, scene: &Scene) -> bool {
+        self.motion != Motion::Rotation && scene.bodies[self.body].has_engine()
+    }
+
+    /// Returns true if what the commands exert makes the body lighter.
+    pub fn uses_propellant(&self, scene: &Scene) -> bool {
+        (self.by_thrusters() || self.by_engine(scene)) && scene.bodies[self.body].has_propellant()
+    }
+
     /// Returns the cost of a force and moment over one step `h`.
     pub fn interval_cost(&self, control: &Load, h: f64) -> f64 {
         self.actuation.cost_of(h, control)

@@ -222,11 +222,15 @@ impl Flight {
         trial.set_actuator_states(&ActuatorStates::of(self.system()));
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
-        command_actuators(&mut trial, &self.actuators, &self.accepted, self.step());
-        for (body, load) in loads.iter_mut().enumerate() {
-            *load = trial.command(body, *load);
-        }
-        self.pushes.act(self.step(), &mut loads);
+        let step = self.step();
+        command_actuators(
+            &mut trial,
+            &self.actuators,
+            &self.accepted,
+            step,
+            &mut loads,
+        );
+        self.pushes.act(step, &mut loads);
         trial
             .advance(&loads)
             .map_err(|error| SetStatesError::Step(scene.step_error(&error)))?;
@@ -290,10 +294,13 @@ impl Flight {
         let mut loads = std::mem::take(&mut self.loads);
         self.command(&mut loads, self.simulation.states());
         let step = self.simulation.step();
-        command_actuators(&mut self.simulation, &self.actuators, &self.accepted, step);
-        for (body, load) in loads.iter_mut().enumerate() {
-            *load = self.simulation.command(body, *load);
-        }
+        let Self {
+            simulation,
+            actuators,
+            accepted,
+            ..
+        } = self;
+        command_actuators(simulation, actuators, accepted, step, &mut loads);
         self.pushes.act(step, &mut loads);
         let made = self.simulation.advance(&loads);
         let bodies = self.simulation.system().bodies();
@@ -360,12 +367,13 @@ impl Flight {
 }
 
 /// Commands the actuators of a simulation for its next step, which is this one of the flight. `accepted` are the sequences by
-/// target.
+/// target. What engines exert is taken out of the loads.
 fn command_actuators(
     simulation: &mut Simulation,
     all: &[(Actuators, usize, usize)],
     accepted: &[Vec<Arc<Controls>>],
     step: u64,
+    loads: &mut [Load],
 ) {
     let bodies = simulation.states().len();
     for &(actuators, body, count) in all {
@@ -378,6 +386,9 @@ fn command_actuators(
             Actuators::Wheels => simulation.set_wheel_commands(body, efforts),
             Actuators::Thrusters => simulation.set_thruster_commands(body, efforts),
         }
+    }
+    for (body, load) in loads.iter_mut().enumerate() {
+        *load = simulation.command(body, *load);
     }
 }
 

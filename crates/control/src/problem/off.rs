@@ -108,6 +108,9 @@ impl Transfer {
 
     /// Those of each run of equal steps, with its part of all steps.
     pub(crate) fn off_shares(&self) -> Vec<(Off, f64)> {
+        if self.off.is_none() {
+            return vec![(Off::NONE, 1.0)];
+        }
         let all: Vec<Off> = (0..self.intervals).map(|step| self.off(step)).collect();
         let runs = all.chunk_by(|one, other| one == other);
         let share = |run: &[Off]| Some((*run.first()?, run.len() as f64 / all.len() as f64));

@@ -115,10 +115,14 @@ impl<'t> Scaled<'t> {
         let largest = plan.commands.iter().map(|w| self.flows.rate(w));
         let small = SMALL * largest.fold(0.0, f64::max);
         // The direction of the command, or that of `−Bᵀ λ`, along which one would act.
-        let direction = |(w, force): (&Command, &Command)| match actuation.minimizes_fuel() {
-            _ if self.flows.rate(w) > small => *w,
-            true => *force,
-            false => force + h * (actuation.weight() * w),
+        let direction = |(w, force): (&Command, &Command)| {
+            if self.flows.rate(w) > small {
+                *w
+            } else if actuation.minimizes_fuel() {
+                *force
+            } else {
+                force + h * (actuation.weight() * w)
+            }
         };
         let directions = plan.commands.iter().zip(&forces).map(direction);
         along.flows = directions

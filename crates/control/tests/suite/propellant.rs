@@ -373,6 +373,18 @@ fn a_search_finds_the_plan_of_a_cold_start_or_a_cheaper_one() {
     assert!(off < 1e-7, "{off:e}");
 }
 
+pub(crate) fn refuses_a_free_duration(transfer: &Transfer) {
+    let time = FinalTime {
+        shortest: 4.0,
+        longest: 8.0,
+        weight: 0.0,
+        tolerance: 1e-3,
+    };
+    let settings = NewtonSettings::default();
+    let free = solve_final_time(transfer, &time, Start::Cold, &settings, |_| true);
+    assert_eq!(free.err(), Some(FinalTimeError::Propellant));
+}
+
 #[test]
 fn what_is_not_planned_with_propellant_is_refused() {
     let (case, body) = straight(Vector3::x(), 0.4, 3.0, 0.5);
@@ -383,15 +395,7 @@ fn what_is_not_planned_with_propellant_is_refused() {
     let half = planned(&transfer.clone().with_motion(Motion::Rotation));
     let (dynamics, motion) = (Dynamics::Lgvi, Motion::Rotation);
     assert_eq!(half, Err(PlanError::PropellantDoes { dynamics, motion }));
-    let time = FinalTime {
-        shortest: 4.0,
-        longest: 8.0,
-        weight: 0.0,
-        tolerance: 1e-3,
-    };
-    let settings = NewtonSettings::default();
-    let free = solve_final_time(&transfer, &time, Start::Cold, &settings, |_| true);
-    assert_eq!(free.err(), Some(FinalTimeError::Propellant));
+    refuses_a_free_duration(&transfer);
 
     let inertia = Inertia::principal([1.0, 1.4, 1.9]).expect("inertia");
     let propellant = Propellant {

@@ -15,8 +15,8 @@ use std::sync::Arc;
 
 use lgvi_control::processing::{ProcessingError, flown, processed};
 use lgvi_control::{
-    Certificate, Minimum, Motion, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings,
-    Start, Transfer, Winding,
+    Certificate, Minimum, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start,
+    Transfer, Winding,
 };
 use lgvi_dynamics::BodyState;
 use lgvi_scene::{Commands, FinalTime, Maneuver, Minimize, Scene, Search, Solver, SolverMethod};
@@ -267,7 +267,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         return formation::solve(scene, maneuver, task, observe);
     }
     let (initial, propellant, maneuver) = match &task.initial {
-        Initial::State(_) if uses_propellant(scene, maneuver) && task.first_step > 0 => {
+        Initial::State(_) if maneuver.uses_propellant(scene) && task.first_step > 0 => {
             return Err(Unsolved::new(Reason::Refused, LIGHTER));
         }
         Initial::State(state) => (*state, None, Cow::Borrowed(maneuver)),
@@ -329,13 +329,6 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     Ok(solved)
 }
 
-/// Whether a maneuver is planned with the propellant that it uses.
-fn uses_propellant(scene: &Scene, maneuver: &Maneuver) -> bool {
-    let body = &scene.bodies[maneuver.body];
-    let by_engine = body.has_engine() && maneuver.motion != Motion::Rotation;
-    (maneuver.by_thrusters() || by_engine) && body.has_propellant()
-}
-
 /// The maneuver of a scene, from a state.
 #[derive(Clone, Copy)]
 struct Problem<'p> {
@@ -354,7 +347,7 @@ impl Problem<'_> {
             .scene
             .transfer_of(self.maneuver, self.initial, intervals, switches);
         let left = self.propellant;
-        match left.filter(|_| uses_propellant(self.scene, self.maneuver)) {
+        match left.filter(|_| self.maneuver.uses_propellant(self.scene)) {
             Some(left) => transfer.and_then(|transfer| transfer.with_propellant(left)),
             None => transfer,
         }

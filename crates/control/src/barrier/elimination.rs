@@ -6,6 +6,7 @@ use super::position::PositionCosts;
 use super::row::Row;
 use super::set::{Barrier, StateRow, in_interval};
 use crate::newton::{Inequalities, Satisfied};
+use crate::riccati::StageModel;
 
 /// The largest part of the distance to 0 or ρ that a multiplier covers in one step.
 const BOUNDARY: f64 = 0.995;
@@ -112,6 +113,30 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         }
     }
 
+    fn add_joint(
+        &mut self,
+        interval: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        stage: &mut StageModel<X, U>,
+    ) {
+        if let Some(wheels) = &mut self.wheels {
+            let penalty = self.schedule.penalty.of(None);
+            wheels.add(&penalty, interval, state, command, stage);
+        }
+    }
+
+    fn joint_force(
+        &self,
+        interval: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+    ) -> Option<(SVector<f64, X>, SVector<f64, U>)> {
+        let wheels = self.wheels.as_ref()?;
+        let penalty = self.schedule.penalty.of(None);
+        Some(wheels.force(&penalty, interval, state, command))
+    }
+
     fn state_force(&self, interval: usize, state: &BodyState) -> SVector<f64, X> {
         let count = self.states.len();
         let rows = &self.state_rows[interval * count..(interval + 1) * count];
@@ -156,7 +181,13 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         force
     }
 
-    fn direct(&mut self, interval: usize, z: &SVector<f64, X>, v: &SVector<f64, U>) {
+    fn direct(
+        &mut self,
+        interval: usize,
+        start: &SVector<f64, X>,
+        z: &SVector<f64, X>,
+        v: &SVector<f64, U>,
+    ) {
         if interval == 0 {
             self.reach = 1.0;
             self.slope = 0.0;
@@ -184,6 +215,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
                 take(row, placed.at(interval).price, along.sum());
             }
         }
+        if let Some(wheels) = &mut self.wheels {
+            wheels.direct(interval, start, v, |row, along| take(row, None, along));
+        }
         if let Some(cost) = self.varying.cost(interval) {
             self.slope += cost.dot(v);
         }
@@ -199,9 +233,17 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         self.reach
     }
 
-    fn merit(&self, interval: usize, state: &BodyState, command: &SVector<f64, U>) -> f64 {
+    fn merit(
+        &self,
+        interval: usize,
+        [start, state]: [&BodyState; 2],
+        command: &SVector<f64, U>,
+    ) -> f64 {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
+        if let Some(wheels) = &self.wheels {
+            sum += wheels.merit(&penalty.of(None), interval, start, command);
+        }
         let scaled = self.varying.share(interval) * command;
         for inequality in self.commands_in(interval) {
             sum += penalty
@@ -238,6 +280,9 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         }
         for StateRow { row, .. } in &mut self.state_rows {
             row.multiplier += step * row.change;
+        }
+        if let Some(wheels) = &mut self.wheels {
+            wheels.advance(step);
         }
         if let Some(fuel) = &mut self.fuel {
             fuel.advance(step);

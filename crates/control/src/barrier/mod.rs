@@ -14,6 +14,7 @@ mod row;
 mod schedule;
 mod set;
 mod varying;
+mod wheel_speeds;
 
 pub(crate) use known::{Force, forces};
 pub(crate) use schedule::BarrierTolerances;

@@ -10,6 +10,7 @@ use super::position::PositionCosts;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
 use super::varying::Varying;
+use super::wheel_speeds::{Violated, WheelSpeeds};
 use crate::problem::constraint::Coordinates;
 use crate::problem::{CommandInequality, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
@@ -28,6 +29,8 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) command_rows: Vec<(Row, SVector<f64, U>)>,
     /// A row for each interval and state inequality.
     pub(super) state_rows: Vec<StateRow>,
+    /// Limits on the speeds of wheels, if there are any.
+    pub(super) wheels: Option<WheelSpeeds<X, U>>,
     /// The cost of fuel, if commands have prices.
     pub(super) fuel: Option<Fuel<U>>,
     /// Limits and costs of commands that change from interval to interval.
@@ -182,7 +185,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let states: Vec<_> = set.state.iter().map(placed).collect();
         let planned = |placed: &Placed| (0..intervals).filter(|&at| placed.plans(at)).count();
         let planned: usize = states.iter().map(planned).sum();
-        let rows = planned + intervals * commands.len();
+        let wheels = WheelSpeeds::new(transfer, &set, selection);
+        let of_wheels = wheels.as_ref().map_or(0, WheelSpeeds::count);
+        let rows = planned + intervals * commands.len() + of_wheels;
         let schedule = Schedule::new(cost, rows, tolerances);
         let minimizes_fuel = transfer.actuation.minimizes_fuel();
         let fuel = minimizes_fuel.then(|| Fuel::new(transfer, &set, selection, &schedule));
@@ -199,6 +204,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             idle: CommandInequality::idle(),
             commands,
             states,
+            wheels,
             fuel,
             varying: Varying::new(transfer, selection),
             positions: PositionCosts::new(&set.position_costs, offsets[0]),
@@ -222,6 +228,10 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         self.each(states, commands, |penalty, row, value, _| {
             row.multiplier = penalty.start(value, SLACK);
         });
+        if let Some(wheels) = &mut self.wheels {
+            let penalty = self.schedule.penalty.of(None);
+            wheels.start(states, commands, |_, value, _| penalty.start(value, SLACK));
+        }
         if let Some(fuel) = &mut self.fuel {
             fuel.start(self.schedule.penalty.beta, commands);
         }
@@ -276,6 +286,15 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                 row.multiplier = (force / size).clamp(least, 0.5 * penalty.rho);
             }
         });
+        if let Some(wheels) = &mut self.wheels {
+            let penalty = self.schedule.penalty.of(None);
+            wheels.start(states, commands, |interval, value, gradient| {
+                let own = forces[interval].command - paid(interval);
+                let least = penalty.start(value, SLACK);
+                let along = gradient.dot(&own) / gradient.norm_squared();
+                along.clamp(least, 0.5 * penalty.rho)
+            });
+        }
         self.fuel = fuel;
         self.positions = positions;
     }
@@ -330,7 +349,8 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let commands = self.command_rows.iter().map(|(row, _)| row.value);
         let states = self.state_rows.iter();
         let states = states.map(|state| state.row.value / state.scale);
-        self.largest(commands, states)
+        let of_wheels = self.wheels.as_ref().and_then(WheelSpeeds::violated);
+        self.largest(commands, states, of_wheels)
     }
 
     /// The largest violation of states `s_1 … s_N` and commands `w_1 … w_N`, or `None` if it is within the tolerance.
@@ -348,7 +368,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             let rows = self.states.iter();
             rows.map(move |placed| placed.value(interval, state))
         });
-        self.largest(of_commands, of_states)
+        let wheels = self.wheels.as_ref();
+        let of_wheels = wheels.and_then(|wheels| wheels.worst(states, commands));
+        self.largest(of_commands, of_states, of_wheels)
     }
 
     /// The largest of values by interval and inequality, or `None` if it is within the tolerance.
@@ -356,6 +378,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         &self,
         commands: impl Iterator<Item = f64>,
         states: impl Iterator<Item = f64>,
+        wheels: Option<Violated>,
     ) -> Option<Violation> {
         let of_commands = commands.enumerate().filter_map(|(at, amount)| {
             let inequality = &self.commands[at % self.commands.len()];
@@ -376,8 +399,15 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                 excess: inequality.excess(amount),
             })
         });
+        let of_wheels = wheels.map(|found| Violation {
+            constraint: found.index,
+            step: found.step,
+            amount: found.amount,
+            excess: found.amount + found.slack,
+        });
         let worst = of_commands
             .chain(of_states)
+            .chain(of_wheels)
             .max_by(|a, b| a.amount.total_cmp(&b.amount))?;
         (worst.amount > self.schedule.tolerances.violation).then_some(worst)
     }
@@ -398,6 +428,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                 let rounding = scale * ROUNDING / placed.inequality.size();
                 now.take(row, placed.inequality.price, rounding);
             }
+        }
+        for row in self.wheels.iter().flat_map(WheelSpeeds::rows) {
+            now.take(row, None, 0.0);
         }
         now
     }

@@ -2,7 +2,8 @@
 //!
 //! The wheels store the angular momentum `s` in the body frame. It takes the place of the linear momentum in states,
 //! variations and kicks: a command acts on it and, oppositely, on the body. The position is that of the orbit, which is
-//! given, and is no coordinate: its rows are zero.
+//! given, and is no coordinate: its rows are zero. Where the speeds of wheels have limits, and more wheels than axes, the momenta
+//! `q` that they exchange among each other are in its place: `q⁺ = q + h N u`.
 
 use std::sync::Arc;
 
@@ -18,11 +19,14 @@ use super::linear::{Blocks, Turn, TurnCurvature};
 use super::stored::{StoredCurvature, StoredTurn};
 use super::{DecouplingError, KickDriftKick};
 use crate::Transfer;
+use crate::problem::constraint::resampled;
 use crate::problem::{Vector12, block};
 
 /// The attitude and the stored momentum. The position follows the orbit.
 pub(crate) struct Gyrostat {
     orbit: Arc<[Vector3<f64>]>,
+    /// True if exchanged momenta are in the place of positions.
+    exchanges: bool,
 }
 
 impl<'t, const U: usize> KickDriftKick<'t, Gyrostat, 2, U> {
@@ -39,22 +43,13 @@ impl<'t, const U: usize> KickDriftKick<'t, Gyrostat, 2, U> {
         let commands = [0, 3].map(|row| matrix.fixed_view::<3, U>(row, 0).into_owned());
         let orbit = resampled(orbit, transfer.intervals);
         let off = transfer.off_by_step(Some);
-        Ok(Self::new(transfer, Gyrostat { orbit }, commands, off))
-    }
-}
-
-/// Positions at `0 … intervals` of the same time, linearly between those given.
-pub(super) fn resampled(orbit: &Arc<[Vector3<f64>]>, intervals: usize) -> Arc<[Vector3<f64>]> {
-    let last = orbit.len() - 1;
-    let at = |k: usize| {
-        let below = (k * last / intervals).min(last - 1);
-        let part = (k * last) as f64 / intervals as f64 - below as f64;
-        orbit[below].lerp(&orbit[below + 1], part)
-    };
-    if intervals == last {
-        orbit.clone()
-    } else {
-        (0..=intervals).map(at).collect()
+        let exchange = transfer.exchange.as_deref();
+        let exchanges = exchange.is_some();
+        let steps = Self::new(transfer, Gyrostat { orbit, exchanges }, commands, off);
+        Ok(match exchange {
+            Some(exchange) => steps.exchanging(&exchange.fixed_columns::<U>(0).into_owned()),
+            None => steps,
+        })
     }
 }
 
@@ -113,6 +108,9 @@ impl Coordinates<2> for Gyrostat {
         if let [first, rest @ ..] = states {
             for state in rest {
                 state.linear_momentum = balance(first, state);
+                if self.exchanges {
+                    state.position = first.position;
+                }
             }
         }
     }
@@ -133,6 +131,10 @@ fn by_attitude(block: Matrix3<f64>) -> Blocks {
 impl Variations<12> for Gyrostat {
     fn difference(&self, from: &BodyState, to: &BodyState) -> Vector12 {
         let mut z = Vector12::zeros();
+        if self.exchanges {
+            z.fixed_rows_mut::<3>(0)
+                .copy_from(&(to.position - from.position));
+        }
         let parts = [
             to.linear_momentum - from.linear_momentum,
             log(&from.attitude.tr_mul(&to.attitude)),
@@ -146,7 +148,11 @@ impl Variations<12> for Gyrostat {
 
     fn moved(&self, state: &BodyState, z: &Vector12) -> BodyState {
         BodyState {
-            position: state.position,
+            position: if self.exchanges {
+                state.position + block(z, 0)
+            } else {
+                state.position
+            },
             linear_momentum: state.linear_momentum + block(z, 1),
             attitude: state.attitude * exp(&block(z, 2)),
             angular_momentum: state.angular_momentum + block(z, 3),

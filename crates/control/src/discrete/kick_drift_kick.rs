@@ -15,7 +15,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use super::DiscreteDynamics;
 use super::coordinates::{Coordinates, Full, Variations};
 use super::linear::{
-    Blocks, CommandRows, Curvature, Inputs, KickInputs, Linearization, command_rows,
+    Blocks, CommandRows, Curvature, Exchange, Inputs, KickInputs, Linearization, command_rows,
 };
 use crate::Transfer;
 use crate::problem::{ByStep, Dynamics, Off};
@@ -38,6 +38,8 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     pub(super) own_inputs: bool,
     /// The commands that are off in each step; empty if none ever is.
     off: Vec<Off>,
+    /// `h N`: what unit commands exchange among the wheels, if that is planned.
+    exchange: Option<Box<SMatrix<f64, 3, U>>>,
 }
 
 /// The ends of a step.
@@ -80,6 +82,23 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             known: by_step.map(|by_step| by_step.in_intervals(transfer.intervals)),
             own_inputs: turns || !off.is_empty(),
             off,
+            exchange: None,
+        }
+    }
+
+    /// The same with momenta that the wheels exchange among each other.
+    pub(super) fn exchanging(mut self, per_time: &SMatrix<f64, 3, U>) -> Self {
+        self.exchange = Some(Box::new(self.transfer.h * per_time));
+        self
+    }
+
+    /// Completes the state at the end of a step that began at `start`: sets the momenta that the wheels exchange.
+    #[inline(always)]
+    fn settle(&self, start: &BodyState, command: &SVector<f64, U>, end: &mut BodyState) {
+        if C::STORES
+            && let Some(exchange) = &self.exchange
+        {
+            end.position = start.position + &**exchange * command;
         }
     }
 
@@ -253,10 +272,11 @@ where
         command: &SVector<f64, U>,
     ) -> Result<BodyState, Unsolvable> {
         let controls = self.controls(command);
-        let mut state = self.begin(k, state, &controls);
-        self.drift(k, &mut state)?;
-        self.kick((k, End::Ending), self.after, &controls, &mut state);
-        Ok(state)
+        let mut end = self.begin(k, state, &controls);
+        self.drift(k, &mut end)?;
+        self.kick((k, End::Ending), self.after, &controls, &mut end);
+        self.settle(state, command, &mut end);
+        Ok(end)
     }
 
     fn inputs(&self) -> Inputs<U> {
@@ -269,6 +289,10 @@ where
         Inputs {
             before: self.before.map(columns),
             after: columns(self.after),
+            exchange: self
+                .exchange
+                .as_ref()
+                .map(|exchange| Box::new(Exchange::new(**exchange))),
         }
     }
 
@@ -287,6 +311,7 @@ where
         let mut drifted = self.drifted(k, state, &controls)?;
         self.first(k, &drifted, &controls, into);
         self.kick((k, End::Ending), self.after, &controls, &mut drifted.state);
+        self.settle(state, command, &mut drifted.state);
         Ok(drifted.state)
     }
 
@@ -307,6 +332,7 @@ where
             shut(self.off_in(k), second);
         }
         self.kick((k, End::Ending), self.after, &controls, &mut drifted.state);
+        self.settle(state, command, &mut drifted.state);
         Ok(drifted.state)
     }
 

@@ -69,6 +69,32 @@ impl<const U: usize> KickInputs<U> {
     }
 }
 
+/// What the commands do to the pose of the first group, which nothing else moves: momenta that wheels exchange among each
+/// other are in its place.
+#[derive(Clone, Debug)]
+pub(crate) struct Exchange<const U: usize> {
+    /// `h N`
+    pub(crate) columns: SMatrix<f64, 3, U>,
+    /// The same by rows.
+    pub(crate) rows: CommandRows,
+}
+
+impl<const U: usize> Exchange<U> {
+    pub(crate) fn new(columns: SMatrix<f64, 3, U>) -> Self {
+        Self {
+            rows: command_rows(&columns),
+            columns,
+        }
+    }
+
+    /// The effects where some commands are off.
+    fn of(&self, off: Off) -> Self {
+        let mut columns = self.columns;
+        off.clear_columns(&mut columns);
+        Self::new(columns)
+    }
+}
+
 /// What the commands do in every step.
 #[derive(Clone, Debug)]
 pub(crate) struct Inputs<const U: usize> {
@@ -76,6 +102,8 @@ pub(crate) struct Inputs<const U: usize> {
     pub(crate) before: Option<KickInputs<U>>,
     /// In the kick after the drift.
     pub(crate) after: KickInputs<U>,
+    /// Beside the kicks, if they do anything there.
+    pub(crate) exchange: Option<Box<Exchange<U>>>,
 }
 
 impl<const U: usize> Inputs<U> {
@@ -84,6 +112,17 @@ impl<const U: usize> Inputs<U> {
         Self {
             before: Some(KickInputs::new([SMatrix::zeros(); 2])),
             after: KickInputs::new([SMatrix::zeros(); 2]),
+            exchange: None,
+        }
+    }
+
+    /// What the commands do to the pose of the first of the groups of `X` coordinates.
+    #[inline(always)]
+    pub(crate) fn exchange<const X: usize>(&self) -> Option<&Exchange<U>> {
+        if groups(X) < 2 || U < SPINNING {
+            None
+        } else {
+            self.exchange.as_deref()
         }
     }
 
@@ -95,6 +134,10 @@ impl<const U: usize> Inputs<U> {
         Self {
             before: self.before.as_ref().map(|kick| kick.of(begun, own.off)),
             after: self.after.of(drifted, own.off),
+            exchange: self
+                .exchange
+                .as_ref()
+                .map(|exchange| Box::new(exchange.of(own.off))),
         }
     }
 }
@@ -224,6 +267,9 @@ impl Linearization {
             }
         }
         kick(&mut z, &self.after, &inputs.after);
+        if let Some(Exchange { columns, .. }) = inputs.exchange::<X>() {
+            add(&mut z, pose(0), &(columns * v));
+        }
         z
     }
 
@@ -236,7 +282,10 @@ impl Linearization {
     ) -> (SVector<f64, X>, SVector<f64, U>) {
         let inputs = &*self.inputs(inputs);
         let mut lambda = *lambda;
-        let mut by_command = SVector::zeros();
+        let mut by_command = match inputs.exchange::<X>() {
+            Some(Exchange { columns, .. }) => columns.tr_mul(&part(&lambda, pose(0))),
+            None => SVector::zeros(),
+        };
         let mut kick = |lambda: &mut SVector<f64, X>,
                         t: &Blocks,
                         KickInputs { columns, .. }: &KickInputs<U>| {

@@ -6,8 +6,7 @@ use lgvi_dynamics::BodyState;
 use lgvi_lie::{exp, log, right_jacobian_inverse};
 use nalgebra::{Matrix3, Vector3};
 
-use super::gyrostat::resampled;
-use crate::problem::constraint::cubic;
+use crate::problem::constraint::{cubic, resampled};
 use crate::{Dynamics, Transfer};
 
 /// The motion between the states at both ends of a step.
@@ -67,6 +66,17 @@ impl Within {
                 to.angular_momentum - from.angular_momentum,
             ],
             orbit,
+        }
+    }
+
+    /// The state at the end, where the position follows the orbit, if one is given.
+    pub(crate) fn end(&self, state: &BodyState) -> BodyState {
+        match &self.orbit {
+            Some((orbit, step)) => BodyState {
+                position: orbit[*step + 1],
+                ..*state
+            },
+            None => *state,
         }
     }
 

@@ -3,6 +3,8 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
+use crate::riccati::StageModel;
+
 /// The terminal set: conditions `c(s_N) = 0` on the last state.
 pub(crate) trait Ending<const X: usize> {
     /// `c` at `end`; rows without a condition are zero, here and in the derivatives.
@@ -45,6 +47,27 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
         gradient: &mut SVector<f64, U>,
     );
 
+    /// Adds the contributions of inequalities on the state at the start of the interval and its command together.
+    fn add_joint(
+        &mut self,
+        _interval: usize,
+        _state: &BodyState,
+        _command: &SVector<f64, U>,
+        _stage: &mut StageModel<X, U>,
+    ) {
+    }
+
+    /// The contributions of the same to the gradient of the Lagrangian, by the state at the start and by the command; `None` if there
+    /// are no such inequalities.
+    fn joint_force(
+        &self,
+        _interval: usize,
+        _state: &BodyState,
+        _command: &SVector<f64, U>,
+    ) -> Option<(SVector<f64, X>, SVector<f64, U>)> {
+        None
+    }
+
     /// `Σ y ∂g/∂z`: the contribution of the inequalities to the gradient of the Lagrangian by the interval's state,
     /// used for the costate.
     fn state_force(&self, interval: usize, state: &BodyState) -> SVector<f64, X>;
@@ -52,14 +75,21 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// `Σ y ∂g/∂w`: the contribution to the gradient by the interval's command, used for the stationarity.
     fn command_force(&self, interval: usize, command: &SVector<f64, U>) -> SVector<f64, U>;
 
-    /// Takes the Newton direction of the interval's state and command, and computes that of its multipliers.
-    fn direct(&mut self, interval: usize, z: &SVector<f64, X>, v: &SVector<f64, U>);
+    /// Takes the Newton direction of the states at the interval's start and end and of its command, and computes that of its
+    /// multipliers.
+    fn direct(
+        &mut self,
+        interval: usize,
+        start: &SVector<f64, X>,
+        z: &SVector<f64, X>,
+        v: &SVector<f64, U>,
+    );
 
     /// The longest step, at most 1, that keeps all multipliers of all intervals positive.
     fn reach(&self) -> f64;
 
-    /// The penalty of the interval in the merit of a trial.
-    fn merit(&self, interval: usize, state: &BodyState, command: &SVector<f64, U>) -> f64;
+    /// The penalty of the interval, with the states at its ends, in the merit of a trial.
+    fn merit(&self, interval: usize, ends: [&BodyState; 2], command: &SVector<f64, U>) -> f64;
 
     /// The derivative of the penalties along the direction, for all intervals.
     fn slope(&self) -> f64;
@@ -152,13 +182,20 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Unconstrained {
         SVector::zeros()
     }
 
-    fn direct(&mut self, _: usize, _: &SVector<f64, X>, _: &SVector<f64, U>) {}
+    fn direct(
+        &mut self,
+        _: usize,
+        _: &SVector<f64, X>,
+        _: &SVector<f64, X>,
+        _: &SVector<f64, U>,
+    ) {
+    }
 
     fn reach(&self) -> f64 {
         1.0
     }
 
-    fn merit(&self, _: usize, _: &BodyState, _: &SVector<f64, U>) -> f64 {
+    fn merit(&self, _: usize, _: [&BodyState; 2], _: &SVector<f64, U>) -> f64 {
         0.0
     }
 

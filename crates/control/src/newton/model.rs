@@ -158,6 +158,10 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 by_command,
                 inequalities.command_force(k, command),
             ];
+            if let Some((by_state, by_command)) = inequalities.joint_force(k, state, command) {
+                costate += by_state;
+                terms[2] += by_command;
+            }
             let off = dynamics.off();
             if !off.is_none() {
                 terms.iter_mut().for_each(|term| off.clear(term));
@@ -184,6 +188,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
             if !off.is_none() {
                 stage.shut(off, &weight);
             }
+            inequalities.add_joint(k, state, command, stage);
             if k > 0 {
                 inequalities.add_state(
                     k - 1,

@@ -43,8 +43,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
             now.violation += self.weights.defects.dot(&defect.abs());
         }
         for k in 0..problem.intervals {
-            let (state, command) = (&self.iterate.states[k + 1], &self.iterate.commands[k]);
-            now.objective += inequalities.merit(k, state, command);
+            let ends = [k, k + 1].map(|end| &self.iterate.states[end]);
+            now.objective += inequalities.merit(k, ends, &self.iterate.commands[k]);
         }
         let predicted = slope - now.violation;
         let reach = inequalities.reach();

@@ -65,10 +65,11 @@ impl<const X: usize, const U: usize> Direction<X, U> {
         let mut z = SVector::zeros();
         for (k, policy) in model.policies.iter().enumerate() {
             let v = policy.command(&z, &nu);
+            let start = z;
             z = model.dynamics[k].forward(&model.inputs, &z, &v) + model.defects[k];
             self.commands[k] = v;
             self.states[k + 1] = z;
-            inequalities.direct(k, &z, &v);
+            inequalities.direct(k, &start, &z, &v);
         }
     }
 }
@@ -161,7 +162,7 @@ where
                     (steps.moved(&next, &-defect), defect)
                 }
             };
-            let penalty = self.inequalities.merit(k, &end, &command);
+            let penalty = self.inequalities.merit(k, [&state, &end], &command);
             merit.cost += 0.5 * command.dot(&(weight * command));
             merit.objective += penalty;
             merit.violation += self.weights.defects.dot(&defect.abs());

@@ -19,7 +19,9 @@ pub(crate) use by_step::ByStep;
 pub(crate) use chances::Deviations;
 pub use chances::{Chances, Uncertainty};
 pub use comparable::Comparable;
-pub(crate) use constraint::{CommandInequality, InequalitySet, PositionCost, StateInequality};
+pub(crate) use constraint::{
+    CommandInequality, InequalitySet, PositionCost, StateInequality, WheelSpeed,
+};
 pub use constraint::{Constraint, Place};
 pub use dynamics::{Dynamics, Motion};
 pub(crate) use fuel::Price;

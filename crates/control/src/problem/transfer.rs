@@ -1,7 +1,7 @@
 use lgvi_dynamics::gravity::Field;
 use lgvi_dynamics::{BodyError, BodyState, Mobility, RigidBody};
 use lgvi_lie::log;
-use nalgebra::{Matrix3, SVector, Vector3};
+use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use std::convert::Infallible;
 use std::ops::Range;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use thiserror::Error;
 use super::off::Off;
 use super::{
     Actuation, ActuationError, ByStep, Chances, Constraint, Dynamics, InequalitySet, Motion,
-    ParameterError, Terminal, TerminalSet,
+    MAX_COMMANDS, ParameterError, Terminal, TerminalSet,
 };
 
 /// A vector of components in the order `[x, γ, R, Π]`, three each.
@@ -38,6 +38,9 @@ pub struct Transfer {
     /// Of a transfer by reaction wheels as it is solved: the positions of the body at `0 … N`, in the transfer's unit of length. The
     /// momentum of the wheels is then in the place of the linear momentum, and the commands act on both.
     pub(crate) orbit: Option<Arc<[Vector3<f64>]>>,
+    /// Of such a transfer whose wheels have limits of speed, and exchange momenta among each other: `N` of the exchanged momenta `q̇ = N
+    /// u`, which are in the place of positions in its states.
+    pub(crate) exchange: Option<Arc<SMatrix<f64, 3, MAX_COMMANDS>>>,
     /// Of a transfer that uses propellant as it is solved: what changes with the mass.
     pub(crate) by_step: Option<Arc<ByStep>>,
     /// Rounding error of `[δx, δγ, ζ, δΠ]` at the end, or zero if it is not known.
@@ -265,10 +268,19 @@ impl Transfer {
             inequalities: InequalitySet::default(),
             chances: None,
             orbit: None,
+            exchange: None,
             by_step: None,
             rounding: Vector12::zeros(),
             off: None,
         })
+    }
+
+    /// The position at the start.
+    pub(crate) fn place(&self) -> Vector3<f64> {
+        match (&self.exchange, &self.orbit) {
+            (Some(_), Some(orbit)) => orbit[0],
+            _ => self.initial.position,
+        }
     }
 
     /// The transfer with other discrete dynamics.

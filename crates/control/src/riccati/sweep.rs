@@ -14,7 +14,7 @@ use super::columns::{
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
 use crate::discrete::linear::{
-    Blocks, CommandRows, KickInputs, LANES, TurnCurvature, groups, momentum, pose,
+    Blocks, CommandRows, Exchange, KickInputs, LANES, TurnCurvature, groups, momentum, pose,
 };
 use crate::discrete::stored::StoredCurvature;
 use crate::discrete::{Inputs, Linearization};
@@ -86,7 +86,13 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         let curvature = &model.curvature;
         let inputs = &*step.inputs(inputs);
         let mut sweep = Self::begin(simd, cost, model);
-        sweep.take_commands(&inputs.after);
+        match inputs.exchange::<X>() {
+            Some(exchange) => {
+                sweep.take_exchange(exchange);
+                sweep.take_more_commands(&inputs.after);
+            }
+            None => sweep.take_commands(&inputs.after),
+        }
         sweep.pass_kick(&step.after, curvature.after.as_ref());
         sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
@@ -166,6 +172,29 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
                 }
             }
             (self.command[u], self.by_conditions[u]) = (command, by_conditions);
+        }
+    }
+
+    /// Adds the derivatives by the commands that act on the pose of the first group.
+    #[inline(always)]
+    fn take_exchange(&mut self, exchange: &Exchange<U>) {
+        let rows: [Column<S, W>; 3] =
+            std::array::from_fn(|r| load(self.simd, &exchange.rows[r]));
+        let mut factors = [[0.0; X]; 3];
+        for r in 0..3 {
+            store(&self.hessian[pose(0) + r], &mut factors[r]);
+        }
+        for c in 0..X {
+            for r in 0..3 {
+                add(&mut self.mixed[c], factors[r][c], &rows[r]);
+            }
+        }
+        for u in 0..U {
+            for r in 0..3 {
+                let (factor, at) = (exchange.columns.data.0[u][r], pose(0) + r);
+                add(&mut self.command[u], factor, &self.mixed[at]);
+                add(&mut self.by_conditions[u], factor, &self.border[at]);
+            }
         }
     }
 

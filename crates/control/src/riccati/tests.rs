@@ -132,6 +132,7 @@ fn problem_of<const X: usize, const U: usize>(
     let inputs = Inputs {
         before: two_kicks.then(|| KickInputs::new(std::array::from_fn(|_| random(rng, 1.0)))),
         after: KickInputs::new(std::array::from_fn(|_| random(rng, 1.0))),
+        exchange: None,
     };
     let stages = (0..intervals)
         .map(|_| {
@@ -334,6 +335,7 @@ fn long_arcs_lose_nothing() {
             inputs: Inputs {
                 before: None,
                 after: KickInputs::new([SMatrix::identity() * h, SMatrix::zeros()]),
+                exchange: None,
             },
         };
         let wanted = SVector::<f64, 6>::from_fn(|i, _| if i < 3 { 1.0 } else { 0.0 });

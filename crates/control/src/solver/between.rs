@@ -289,7 +289,7 @@ impl<C> Solver<'_, C> {
                 }
                 let g = |part: f64| {
                     let state = if part == 1.0 {
-                        plan.states[step + 1]
+                        motion.end(&plan.states[step + 1])
                     } else {
                         motion.at(part)
                     };

@@ -61,7 +61,7 @@ impl Units {
             .angular_momentum
             .norm()
             .max(size(spins, &end.angular_momentum));
-        let distance = initial.position.norm().max(size(placed, &end.position));
+        let distance = transfer.place().norm().max(size(placed, &end.position));
         let lengths = [
             distance.max(h * momentum / mass),
             // The body's own size, for a center of mass that stays at the origin.

@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use lgvi_dynamics::{BodyState, Inertia, RigidBody};
+use nalgebra::SMatrix;
 
 use super::{Rescaled, Units};
 use crate::problem::{ByStep, TerminalSet};
@@ -40,6 +41,11 @@ impl Units {
             orbit: transfer.orbit.as_deref().map(|orbit| {
                 let positions = orbit.iter().map(|position| own.length * position);
                 positions.collect()
+            }),
+            exchange: transfer.exchange.as_deref().map(|exchange| {
+                let unit = self.commands * (self.time / self.length);
+                let rows = SMatrix::from_fn(|row, column| unit[column] * exchange[(row, column)]);
+                Arc::new(rows)
             }),
             by_step: transfer
                 .by_step

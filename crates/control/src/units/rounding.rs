@@ -1,3 +1,4 @@
+use lgvi_dynamics::BodyState;
 use nalgebra::Vector3;
 
 use super::{ROUNDING, Units};
@@ -19,10 +20,13 @@ impl Units {
             initial,
             ..
         } = transfer;
-        let mut end = *initial;
+        let mut end = BodyState {
+            position: transfer.place(),
+            ..*initial
+        };
         transfer.terminal.aim(&mut end);
         let pull = |x: &Vector3<f64>| field.load(body, x, &initial.attitude).force.norm();
-        let force = pull(&initial.position).max(pull(&end.position));
+        let force = pull(&transfer.place()).max(pull(&end.position));
         let arms = body.points().iter().map(|point| point.position.norm());
         let arm = arms.fold(0.0, f64::max);
         let duration = h * *intervals as f64;

@@ -4,8 +4,11 @@
 //! along a given orbit. The orbit is first that of a body whose wheels coast. Gravity may pull a body that turns elsewhere a
 //! little differently; then the orbit is that of the plan's own flight, and the plan is solved again, until its flight
 //! arrives.
+//!
+//! Where such a plan takes a wheel past the limit of its speed, it is solved again under the limits.
 
 mod flight;
+mod speeds;
 
 use std::sync::Arc;
 
@@ -21,6 +24,7 @@ use crate::{
     TransferError, miss,
 };
 use flight::{Flight, fly};
+use speeds::Speeds;
 
 /// The distance of the ends of a plan and of its flight, in parts of that along the orbit before, with which the orbits
 /// still settle.
@@ -41,8 +45,14 @@ pub(crate) fn solve(
     };
     let mut orbit = fly(transfer, &vec![Command::zeros(); transfer.intervals])?.positions();
     let mut last = f64::INFINITY;
+    let speeds = Speeds::of(transfer);
+    let mut imposed: Option<&Speeds> = None;
     loop {
-        let stated = stated(transfer, orbit);
+        let mut stated = stated(transfer, orbit);
+        if let Some(speeds) = imposed {
+            speeds.impose(transfer, &mut stated);
+            plan = plan.map(|plan| speeds.entered(transfer, plan));
+        }
         let before = made;
         let mut watch = |now: &Progress| {
             made = [before[0] + now.iteration, before[1] + now.trials];
@@ -53,13 +63,23 @@ pub(crate) fn solve(
             })
         };
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
-        let found = solve_stated(&stated, start, settings, &mut watch)
-            .map_err(|error| left_error(transfer, error))?;
+        let found = solve_stated(&stated, start, settings, &mut watch).map_err(|error| {
+            let error = left_error(transfer, error);
+            imposed.map_or(error.clone(), |speeds| speeds.named(transfer, error))
+        })?;
         let flight = fly(transfer, &found.commands)?;
+        if let Err(error) = flight.check_speeds(transfer, &found.commands) {
+            match &speeds {
+                Some(speeds) if imposed.is_none() => imposed = Some(speeds),
+                _ => return Err(error),
+            }
+            orbit = flight.positions();
+            plan = Some(found);
+            continue;
+        }
         let apart = distance(&stated, &found, &flight);
         let tolerance = tolerated(transfer, &found, settings);
         if apart <= tolerance {
-            flight.check_speeds(transfer, &found.commands)?;
             return Ok(left(transfer, found, flight, apart));
         }
         if apart > SETTLING * last {
@@ -92,7 +112,7 @@ fn tolerated(transfer: &Transfer, plan: &Plan, settings: &NewtonSettings) -> f64
 }
 
 /// [`crate::search`] for a transfer by wheels, along the orbit of a body whose wheels coast. Minima in which a wheel is too
-/// fast, and those that the orbit of their own flight does not keep, are left out.
+/// fast, and those that the orbit of their own flight does not keep, are solved again; they are left out if that fails.
 pub(crate) fn search(
     transfer: &Transfer,
     settings: &SearchSettings,
@@ -106,8 +126,8 @@ pub(crate) fn search(
     resolved(minima, |plan| {
         let flight = fly(transfer, &plan.commands)?;
         let apart = distance(&stated, &plan, &flight);
-        if apart <= tolerated(transfer, &plan, &settings.newton) {
-            flight.check_speeds(transfer, &plan.commands)?;
+        let is_kept = apart <= tolerated(transfer, &plan, &settings.newton);
+        if is_kept && flight.check_speeds(transfer, &plan.commands).is_ok() {
             return Ok(left(transfer, plan, flight, apart));
         }
         let guess = left(transfer, plan, flight, apart);

@@ -488,3 +488,62 @@ fn the_rate_of_a_body_with_wheels_keeps_its_limit() {
     assert!(plan.cost > loose.cost && plan.certificate.sufficient);
     assert_flown(&body, &bound, &plan);
 }
+
+/// The greatest speed of any wheel by which its motor goes, in parts of its limit, or of 1 where it has none.
+fn fastest(body: &RigidBody, transfer: &Transfer, plan: &Plan) -> f64 {
+    let (mut wheels, inverse) = (body.wheels().expect("wheels").clone(), body.inertia().inverse());
+    let momenta = plan.wheel_momenta(transfer);
+    let mut most = 0.0_f64;
+    for (k, command) in plan.commands.iter().enumerate() {
+        let mut states = wheels.states().to_vec();
+        for (state, momentum) in states.iter_mut().zip(&momenta[k]) {
+            state.momentum = *momentum;
+        }
+        wheels.set_states(&states);
+        let rate = plan.states[k].angular_velocity(body);
+        for (index, wheel) in wheels.wheels().iter().enumerate() {
+            let per_torque = wheel.inertia.recip() + wheel.axis.dot(&(inverse * wheel.axis));
+            let speed = wheels.speed(index, &rate) + plan.h * per_torque * command[index];
+            let limit = if wheel.max_speed.is_finite() { wheel.max_speed } else { 1.0 };
+            most = most.max(speed.abs() / limit);
+        }
+    }
+    most
+}
+
+/// Wheels of any number and place, with momenta at the start and unequal weights, that a plan without limits takes too fast.
+#[test]
+fn speeds_keep_within_their_limits() {
+    let mut rng = Rng::with_seed(64);
+    let mut active = 0;
+    for case in 0..40 {
+        let count = 3 + case % 4;
+        let mut wheels: Vec<_> = (0..count)
+            .map(|_| ReactionWheel::new(vector(&mut rng, 1.0), 0.01 + 0.02 * rng.f64()))
+            .collect();
+        let momenta: Vec<_> = (0..count).map(|_| 0.2 * (2.0 * rng.f64() - 1.0)).collect();
+        let (initial, target) = (
+            still(exp(&vector(&mut rng, 3.0))),
+            still(exp(&vector(&mut rng, 2.0))),
+        );
+        let unlimited = with_momenta(body(INERTIA, Vec::new(), &wheels), &momenta);
+        let free = transfer(unlimited.clone(), 100, initial, target);
+        let loose = planned(&free).unwrap_or_else(|error| panic!("case {case}: {error}"));
+        let limit = 0.85 * fastest(&unlimited, &free, &loose);
+        for wheel in &mut wheels {
+            wheel.max_speed = limit;
+        }
+        let body = with_momenta(body(INERTIA, Vec::new(), &wheels), &momenta);
+        let bound = transfer(body.clone(), 100, initial, target);
+        match planned(&bound) {
+            Ok(plan) => {
+                active += 1;
+                println!("{case} {count}: {:.6} {:.3e} {:?}", plan.cost / loose.cost, fastest(&body, &bound, &plan) - 1.0, plan.certificate);
+                assert!(plan.cost > loose.cost, "case {case}");
+                assert_flown(&body, &bound, &plan);
+            }
+            Err(error) => println!("{case} {count}: {error}"),
+        }
+    }
+    assert!(active > 30, "{active}");
+}

@@ -25,12 +25,14 @@
 //!
 //! # Assumptions and limitations
 //! - A subscriber connects to a new publisher when it receives: poll at least every 10 ms.
-//! - What a killed process leaves is removed when the next node starts, or by [`ShmNode::clean`].
+//! - What a killed process leaves is removed when the next node starts, or by [`ShmNode::clean`]; the description of a service
+//!   that it was writing then, 20 s later.
 
 mod channel;
 mod delivery;
 mod node;
 mod options;
+mod orphans;
 mod publisher;
 mod room;
 mod root;

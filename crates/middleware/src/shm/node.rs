@@ -2,6 +2,7 @@
 
 use std::{
     fmt,
+    path::PathBuf,
     sync::Arc,
     time::{Duration, Instant},
 };
@@ -17,11 +18,11 @@ use iceoryx2::{
     },
 };
 
-use super::{Service, ShmError, ShmOptions, channel::Channel, room, root};
+use super::{Service, ShmError, ShmOptions, channel::Channel, orphans, room, root};
 use crate::Shutdown;
 
-/// How long another process may take to create a service, on a busy host.
-const CREATION: Duration = Duration::from_secs(5);
+/// How long another process may take to create a service, on a host whose processors and disk are busy.
+const CREATION: Duration = Duration::from_secs(60);
 
 /// An open service.
 pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as Channel>::Header>;
@@ -31,6 +32,7 @@ pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as 
 #[derive(Clone)]
 pub struct ShmNode {
     node: Arc<Node<Service>>,
+    root: PathBuf,
     domain_id: u16,
     shutdown: Shutdown,
 }
@@ -57,6 +59,7 @@ impl ShmNode {
             })?;
         let node = Self {
             node: Arc::new(node),
+            root: options.root_path(),
             domain_id: options.domain_id,
             shutdown: Shutdown::new(),
         };
@@ -77,6 +80,7 @@ impl ShmNode {
     /// Removes what processes that were killed have left, their ports included. Takes milliseconds.
     pub fn clean(&self) {
         self.node.try_cleanup_dead_nodes();
+        orphans::remove(&self.root);
     }
 
     /// Opens the service of a topic, or creates it; returns its name too.

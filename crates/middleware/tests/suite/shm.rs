@@ -2,11 +2,12 @@
 
 use std::{
     env, fs,
+    os::unix::fs::PermissionsExt,
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::atomic::{AtomicU64, Ordering},
     thread,
-    time::{Duration, Instant},
+    time::{Duration, Instant, SystemTime},
 };
 
 use lgvi_middleware::shm::{
@@ -67,6 +68,13 @@ fn in_shm(root: &Path) -> Vec<PathBuf> {
             .starts_with(&prefix)
     });
     found
+}
+
+/// The part of a service that is made last.
+fn dynamic(root: &Path) -> PathBuf {
+    let mut made = in_shm(root).into_iter();
+    let last = made.find(|path| path.extension().is_some_and(|end| end == "dynamic"));
+    last.expect("a service")
 }
 
 fn files(directory: &Path, found: &mut Vec<PathBuf>) {
@@ -489,17 +497,64 @@ fn a_service_whose_maker_was_killed_is_made_anew() {
         let mut child = spawn("publish", root.path());
         child.kill().unwrap();
         child.wait().unwrap();
-        let made = in_shm(root.path());
-        let last = made
-            .iter()
-            .find(|path| path.extension().is_some_and(|end| end == "dynamic"));
-        fs::remove_file(last.unwrap()).unwrap();
+        fs::remove_file(dynamic(root.path())).unwrap();
         let mut publisher = survivor
             .state_publisher(TOPIC, 2, Delivery::DropNewest)
             .unwrap();
         assert_eq!(send(&mut publisher, 0).receivers, 0);
     }
     assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
+}
+
+/// The same of a description that the killed process had begun.
+#[test]
+fn a_service_whose_description_was_never_finished_is_made_anew() {
+    let root = World::new();
+    {
+        let survivor = node(root.path(), "survivor");
+        let mut child = spawn("publish", root.path());
+        child.kill().unwrap();
+        child.wait().unwrap();
+        fs::remove_file(dynamic(root.path())).unwrap();
+        let mut descriptions = Vec::new();
+        files(&root.path().join("services"), &mut descriptions);
+        let description = descriptions.pop().unwrap();
+        assert!(descriptions.is_empty(), "{descriptions:?}");
+        fs::remove_file(&description).unwrap();
+        let begun = fs::File::create(&description).unwrap();
+        begun
+            .set_permissions(fs::Permissions::from_mode(0o600))
+            .unwrap();
+        let long_ago = SystemTime::now() - Duration::from_mins(1);
+        begun.set_modified(long_ago).unwrap();
+        let mut publisher = survivor
+            .state_publisher(TOPIC, 2, Delivery::DropNewest)
+            .unwrap();
+        assert_eq!(send(&mut publisher, 0).receivers, 0);
+    }
+    assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
+}
+
+/// On a busy host another process may need seconds until it has made the last part of a service.
+#[test]
+fn a_service_that_takes_long_to_make_is_waited_for() {
+    let root = World::new();
+    let node = node(root.path(), "late");
+    let mut child = spawn("publish", root.path());
+    let last = dynamic(root.path());
+    let aside = last.with_extension("aside");
+    fs::rename(&last, &aside).unwrap();
+    let maker = thread::spawn(move || {
+        thread::sleep(Duration::from_secs(7));
+        fs::rename(aside, last).unwrap();
+    });
+    let subscriber = node.state_subscriber(TOPIC, BUFFER).unwrap();
+    maker.join().unwrap();
+    assert_eq!(subscriber.publishers(), 1);
+    child.kill().unwrap();
+    child.wait().unwrap();
+    drop(subscriber);
+    node.clean();
 }
 
 #[test]

@@ -27,6 +27,11 @@ impl Coordinates {
         }
     }
 
+    /// Returns true if the position is among them.
+    pub(crate) fn depend_on_position(self) -> bool {
+        matches!(self, Self::Position | Self::Pose | Self::Translation)
+    }
+
     /// The indices in z of each group of three; `None` for one that is not planned. `offsets` are the indices of δx and ζ if they
     /// are planned. A single group is the first; of two groups, the position is.
     pub(crate) fn groups(self, [position, attitude]: [Option<usize>; 2]) -> [Option<usize>; 2] {

@@ -1,6 +1,7 @@
 //! Frames that move, and what is known at the ends of intervals taken in between.
 
 use std::f64::consts::FRAC_PI_4;
+use std::sync::Arc;
 
 use lgvi_lie::{exp, log};
 use nalgebra::{Matrix3, Vector3};
@@ -99,6 +100,21 @@ impl FrameMotion {
             velocity: from.velocity + through(&|to| to.velocity - from.velocity),
             turn: from.turn + through(&|to| to.turn - from.turn),
         }
+    }
+}
+
+/// Positions at `0 … intervals` of the same time, linearly between those given.
+pub(crate) fn resampled(orbit: &Arc<[Vector3<f64>]>, intervals: usize) -> Arc<[Vector3<f64>]> {
+    let last = orbit.len() - 1;
+    let at = |k: usize| {
+        let below = (k * last / intervals).min(last - 1);
+        let part = (k * last) as f64 / intervals as f64 - below as f64;
+        orbit[below].lerp(&orbit[below + 1], part)
+    };
+    if intervals == last {
+        orbit.clone()
+    } else {
+        (0..=intervals).map(at).collect()
     }
 }
 

@@ -24,6 +24,7 @@ mod set;
 mod sight;
 mod speed;
 mod sphere;
+mod wheel_speed;
 mod window;
 
 #[cfg(test)]
@@ -45,7 +46,7 @@ pub use cone::KeepOutCone;
 pub use coordinates::Coordinates;
 pub use corridor::Corridor;
 pub use ellipsoid::KeepOutEllipsoid;
-pub(crate) use frame::cubic;
+pub(crate) use frame::{cubic, resampled};
 pub use frame::{FrameMotion, FramePose};
 pub use keep_in::KeepInSphere;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
@@ -59,6 +60,7 @@ pub(crate) use set::{InequalitySet, PositionCost, StateInequality};
 pub use speed::Speed;
 pub use sphere::KeepOutSphere;
 pub use window::During;
+pub(crate) use wheel_speed::WheelSpeed;
 pub(crate) use window::Window;
 
 /// An inequality on the commands of each interval or on the states of a plan.

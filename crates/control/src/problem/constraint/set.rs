@@ -3,7 +3,10 @@ use std::sync::Arc;
 use lgvi_dynamics::BodyState;
 use nalgebra::{Matrix3, SMatrix, Vector3};
 
-use super::{BySecond, CommandInequality, Constraint, Coordinates, StateConstraint, Window};
+use super::{
+    BySecond, CommandInequality, Constraint, Coordinates, StateConstraint, WheelSpeed, Window,
+    resampled,
+};
 use crate::problem::{Actuation, Command, MAX_COMMANDS, TerminalSet};
 use crate::units::Units;
 
@@ -14,6 +17,8 @@ pub(crate) struct InequalitySet {
     pub(crate) command: Vec<CommandInequality>,
     /// Inequalities on the state at the end of each step.
     pub(crate) state: Vec<StateInequality>,
+    /// Limits on the speeds of wheels.
+    pub(crate) wheels: Vec<WheelSpeed>,
     /// True if those on states hold at the ends of steps only.
     pub(crate) only_at_ends: bool,
     /// A known cost of the position at the end of each interval, beside the inequalities; empty if there is none.
@@ -51,6 +56,10 @@ pub(crate) struct StateInequality {
     window: Option<Window>,
     /// True if it is not followed between the ends of steps.
     pub(crate) only_at_ends: bool,
+    /// The positions at `0 … N` in the units of the constraint, if those of the states are others.
+    orbit: Option<Arc<[Vector3<f64>]>>,
+    /// That at the end of the interval which the inequality belongs to.
+    position: Option<Vector3<f64>>,
 }
 
 /// For each command, the size that rows without a price allow it alone in all steps, or infinity.
@@ -134,6 +143,7 @@ impl InequalitySet {
         state.any(|row| row.window.is_some()).then(|| Self {
             command: Vec::new(),
             state: self.state.clone(),
+            wheels: Vec::new(),
             only_at_ends: true,
             position_costs: Arc::default(),
         })
@@ -141,7 +151,25 @@ impl InequalitySet {
 
     /// True if there are no inequalities and no costs of positions.
     pub(crate) fn is_empty(&self) -> bool {
-        self.command.is_empty() && self.state.is_empty() && self.position_costs.is_empty()
+        self.command.is_empty()
+            && self.state.is_empty()
+            && self.wheels.is_empty()
+            && self.position_costs.is_empty()
+    }
+
+    /// The inequalities, those that depend on positions at the positions of an orbit, whatever is in their place in states.
+    pub(crate) fn along(&self, orbit: &Arc<[Vector3<f64>]>) -> Self {
+        let placed = |row: &StateInequality| StateInequality {
+            orbit: row
+                .coordinates()
+                .depend_on_position()
+                .then(|| orbit.clone()),
+            ..row.clone()
+        };
+        Self {
+            state: self.state.iter().map(placed).collect(),
+            ..self.clone()
+        }
     }
 
     /// Adds an inequality on states at the ends of steps, as the constraint with this index.
@@ -179,6 +207,7 @@ impl InequalitySet {
                 })
                 .collect(),
             state: self.state.iter().map(state).collect(),
+            wheels: self.wheels.iter().map(|row| row.in_units(units)).collect(),
             only_at_ends: self.only_at_ends,
             position_costs: self.position_costs_in_units(units),
         }
@@ -229,6 +258,7 @@ impl InequalitySet {
         Self {
             command: self.command.iter().filter_map(command).collect(),
             state: self.state.iter().filter_map(state).collect(),
+            wheels: self.wheels.clone(),
             only_at_ends: self.only_at_ends,
             position_costs: later(&self.position_costs, intervals),
         }
@@ -269,6 +299,7 @@ impl InequalitySet {
         Self {
             command: self.command.iter().map(|row| row.relaxed(slack)).collect(),
             state: self.state.iter().map(state).collect(),
+            wheels: self.wheels.iter().map(|row| row.relaxed(slack)).collect(),
             ..self.clone()
         }
     }
@@ -292,6 +323,8 @@ impl StateInequality {
             price,
             window: None,
             only_at_ends: false,
+            orbit: None,
+            position: None,
         }
     }
 
@@ -327,16 +360,20 @@ impl StateInequality {
     /// The inequality at the end of each of `intervals` intervals of length `h`, or nothing if it is always the same.
     pub(crate) fn through(&self, h: f64, intervals: usize) -> Vec<Self> {
         let h = h * self.units.time();
+        let orbit = self.orbit.as_ref();
+        let orbit = orbit.map(|orbit| resampled(orbit, intervals));
         let at = |end: usize| {
             let moved = self.constraint.at(self.start + h * end as f64);
             let margin = self.margins.get(end - 1);
-            if moved.is_none() && margin.is_none() && self.spread.is_empty() {
+            let unmoved = moved.is_none() && margin.is_none() && self.spread.is_empty();
+            if unmoved && orbit.is_none() {
                 return None;
             }
             let margin = margin.unwrap_or(&0.0) + self.spread_at(end, 0.0);
             Some(Self {
                 constraint: moved.unwrap_or_else(|| self.constraint.clone()),
                 slack: self.slack - margin,
+                position: orbit.as_ref().map(|orbit| orbit[end]),
                 ..self.clone()
             })
         };
@@ -350,6 +387,15 @@ impl StateInequality {
             from
         } else {
             from + part * (to - from)
+        }
+    }
+
+    /// A state of the transfer as the constraint sees it.
+    fn seen(&self, state: &BodyState) -> BodyState {
+        let seen = self.units.state(state);
+        BodyState {
+            position: self.position.unwrap_or(seen.position),
+            ..seen
         }
     }
 
@@ -377,7 +423,7 @@ impl StateInequality {
 
     /// A factor of `g` that keeps the scale of `g` meaningful near `state`.
     pub(crate) fn scale(&self, state: &BodyState) -> f64 {
-        self.constraint.scale(&self.units.state(state))
+        self.constraint.scale(&self.seen(state))
     }
 
     /// The displacement of the last group of coordinates that changes `g` by 1, to first order at the boundary.
@@ -388,7 +434,7 @@ impl StateInequality {
 
     /// `g(s)` minus the slack.
     pub(crate) fn value(&self, state: &BodyState) -> f64 {
-        self.constraint.value(&self.units.state(state)) - self.slack
+        self.constraint.value(&self.seen(state)) - self.slack
     }
 
     /// The violation that is reported when the inequality has the value `g`.
@@ -399,14 +445,14 @@ impl StateInequality {
     /// The gradient and the symmetric Hessian of `g` by its first group of coordinates, with variations as in
     /// `DiscreteDynamics::moved`.
     pub(crate) fn derivatives(&self, state: &BodyState) -> (Vector3<f64>, Matrix3<f64>) {
-        let (gradient, hessian) = self.constraint.derivatives(&self.units.state(state));
+        let (gradient, hessian) = self.constraint.derivatives(&self.seen(state));
         let [unit, _] = self.unit();
         (unit * gradient, (unit * unit) * hessian)
     }
 
     /// The derivatives that involve the second group of coordinates.
     pub(crate) fn by_second(&self, state: &BodyState) -> BySecond {
-        let found = self.constraint.by_second(&self.units.state(state));
+        let found = self.constraint.by_second(&self.seen(state));
         let found = found.unwrap_or(BySecond {
             gradient: Vector3::zeros(),
             hessian: Matrix3::zeros(),

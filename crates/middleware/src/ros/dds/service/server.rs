@@ -25,7 +25,11 @@ use crate::{
     wall,
 };
 
-/// How long a request is held back for its client to be reachable.
+/// How long a request is held back for the client's reader that it names to be discovered. What discovery loses is told again
+/// after seconds.
+const DISCOVERY: Duration = Duration::from_secs(10);
+
+/// The same where the request does not name its client's reader, so that it may be known all the same.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// How old, in nanoseconds, a request from before the server may be.
@@ -108,7 +112,8 @@ impl Server {
     fn next(&self) -> Option<Incoming> {
         let mut held = lock(&self.held);
         let ready = held.iter().position(|request| {
-            request.arrived.elapsed() >= PATIENCE || self.reaches(&request.incoming.id)
+            let id = &request.incoming.id;
+            request.arrived.elapsed() >= patience(id) || self.reaches(id)
         })?;
         held.remove(ready).map(|request| request.incoming)
     }
@@ -136,6 +141,14 @@ impl Server {
                 matches.answers(replies, self.requests.guid(), writer)
             }
         }
+    }
+}
+
+/// How long a request of this client is held back.
+fn patience(id: &RequestId) -> Duration {
+    match mapping::reader(id) {
+        Some(_) => DISCOVERY,
+        None => PATIENCE,
     }
 }
 

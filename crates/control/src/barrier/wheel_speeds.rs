@@ -1,0 +1,238 @@
+use lgvi_dynamics::BodyState;
+use nalgebra::{SMatrix, SVector};
+
+use super::penalty::Penalty;
+use super::row::Row;
+use crate::problem::{InequalitySet, WheelSpeed};
+use crate::riccati::StageModel;
+use crate::{MAX_COMMANDS, Transfer};
+
+/// Limits on the speeds of wheels, which depend on the state at the start of an interval and on its command.
+#[derive(Clone, Debug)]
+pub(super) struct WheelSpeeds<const X: usize, const U: usize> {
+    initial: BodyState,
+    limits: Vec<Limit<X, U>>,
+    /// A row for each interval and limit.
+    rows: Vec<Row>,
+    /// For each interval and limit, true if the motor is on.
+    is_on: Vec<bool>,
+}
+
+/// `g = ±p/limit − 1`, linear.
+#[derive(Clone, Debug)]
+struct Limit<const X: usize, const U: usize> {
+    index: usize,
+    by_state: SVector<f64, X>,
+    by_command: SVector<f64, U>,
+    slack: f64,
+}
+
+/// A limit that is violated.
+pub(super) struct Violated {
+    pub(super) index: usize,
+    pub(super) step: usize,
+    /// `g`
+    pub(super) amount: f64,
+    pub(super) slack: f64,
+}
+
+impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
+    /// The limits of `set`, if it has any, under the commands that `selection` makes of the `U` planned ones.
+    pub(super) fn new(
+        transfer: &Transfer,
+        set: &InequalitySet,
+        selection: &SMatrix<f64, MAX_COMMANDS, U>,
+    ) -> Option<Self> {
+        if set.wheels.is_empty() {
+            return None;
+        }
+        let sides = |wheel: &WheelSpeed| {
+            let (by_state, by_command) = wheel.slopes(transfer.h);
+            let by_command = selection.tr_mul(&by_command);
+            [1.0, -1.0].map(|sign| Limit {
+                index: wheel.index,
+                by_state: by_state.fixed_rows::<X>(0) * sign,
+                by_command: by_command * sign,
+                slack: wheel.slack(),
+            })
+        };
+        let limits: Vec<_> = set.wheels.iter().flat_map(sides).collect();
+        let off = transfer.off_by_step(Some);
+        let is_on = (0..transfer.intervals).flat_map(|step| {
+            let off = off.get(step).copied().unwrap_or_default();
+            let each = limits.iter();
+            each.map(move |limit| !off.contains(limit.by_command.iamax()))
+        });
+        Some(Self {
+            initial: transfer.initial,
+            rows: vec![Row::default(); transfer.intervals * limits.len()],
+            is_on: is_on.collect(),
+            limits,
+        })
+    }
+
+    /// Number of rows that restrict something.
+    pub(super) fn count(&self) -> usize {
+        self.is_on.iter().filter(|is_on| **is_on).count()
+    }
+
+    /// Sets the multipliers for states `s_1 … s_N` and commands `w_1 … w_N`, by the values of the inequalities and their
+    /// gradients by the command.
+    pub(super) fn start(
+        &mut self,
+        states: &[BodyState],
+        commands: &[SVector<f64, U>],
+        multiplier: impl Fn(usize, f64, &SVector<f64, U>) -> f64,
+    ) {
+        let count = self.limits.len();
+        for (interval, command) in commands.iter().enumerate() {
+            let state = self.start_of(interval, states);
+            for (at, limit) in self.limits.iter().enumerate() {
+                let value = limit.value(&state, command);
+                self.rows[interval * count + at].multiplier =
+                    multiplier(interval, value, &limit.by_command);
+            }
+        }
+    }
+
+    fn start_of(&self, interval: usize, states: &[BodyState]) -> BodyState {
+        match interval.checked_sub(1) {
+            Some(before) => states[before],
+            None => self.initial,
+        }
+    }
+
+    /// The limits that hold in an interval, and their rows.
+    fn each(&self, interval: usize) -> impl Iterator<Item = (&Limit<X, U>, &Row)> {
+        let range = interval * self.limits.len()..(interval + 1) * self.limits.len();
+        let rows = self.rows[range.clone()].iter().zip(&self.is_on[range]);
+        let all = self.limits.iter().zip(rows);
+        all.filter_map(|(limit, (row, is_on))| is_on.then_some((limit, row)))
+    }
+
+    fn each_mut(&mut self, interval: usize) -> impl Iterator<Item = (&Limit<X, U>, &mut Row)> {
+        let range = interval * self.limits.len()..(interval + 1) * self.limits.len();
+        let rows = self.rows[range.clone()].iter_mut().zip(&self.is_on[range]);
+        let all = self.limits.iter().zip(rows);
+        all.filter_map(|(limit, (row, is_on))| is_on.then_some((limit, row)))
+    }
+
+    /// Adds the contributions of an interval to its model.
+    pub(super) fn add(
+        &mut self,
+        penalty: &Penalty,
+        interval: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        stage: &mut StageModel<X, U>,
+    ) {
+        for (limit, row) in self.each_mut(interval) {
+            row.model(penalty, limit.value(state, command));
+            let (by_state, by_command) = (&limit.by_state, &limit.by_command);
+            stage.state += (row.weight * by_state) * by_state.transpose();
+            stage.mixed += (row.weight * by_command) * by_state.transpose();
+            stage.command += (row.weight * by_command) * by_command.transpose();
+            stage.state_gradient += row.primal * by_state;
+            stage.command_gradient += row.primal * by_command;
+        }
+    }
+
+    /// `Σ y ∂g` of an interval by the state at its start and by its command.
+    pub(super) fn force(
+        &self,
+        penalty: &Penalty,
+        interval: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+    ) -> (SVector<f64, X>, SVector<f64, U>) {
+        let mut force = (SVector::zeros(), SVector::zeros());
+        for (limit, row) in self.each(interval) {
+            let y = row.multiplier_at(penalty, limit.value(state, command));
+            force.0 += y * limit.by_state;
+            force.1 += y * limit.by_command;
+        }
+        force
+    }
+
+    /// Hands each row of an interval to `take`, with the slope of its inequality along a direction.
+    pub(super) fn direct(
+        &mut self,
+        interval: usize,
+        start: &SVector<f64, X>,
+        v: &SVector<f64, U>,
+        mut take: impl FnMut(&mut Row, f64),
+    ) {
+        for (limit, row) in self.each_mut(interval) {
+            take(row, limit.by_state.dot(start) + limit.by_command.dot(v));
+        }
+    }
+
+    /// The penalty of an interval.
+    pub(super) fn merit(
+        &self,
+        penalty: &Penalty,
+        interval: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+    ) -> f64 {
+        let each = self.each(interval);
+        each.map(|(limit, _)| penalty.value(limit.value(state, command)))
+            .sum()
+    }
+
+    /// The rows that restrict something.
+    pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
+        let all = self.rows.iter().zip(&self.is_on);
+        all.filter_map(|(row, is_on)| is_on.then_some(row))
+    }
+
+    pub(super) fn advance(&mut self, step: f64) {
+        for row in &mut self.rows {
+            row.multiplier += step * row.change;
+        }
+    }
+
+    /// The greatest value of the current iterate.
+    pub(super) fn violated(&self) -> Option<Violated> {
+        self.largest(|_, _, row| row.value)
+    }
+
+    /// The greatest value for states `s_1 … s_N` and commands `w_1 … w_N`.
+    pub(super) fn worst(
+        &self,
+        states: &[BodyState],
+        commands: &[SVector<f64, U>],
+    ) -> Option<Violated> {
+        self.largest(|interval, limit, _| {
+            limit.value(&self.start_of(interval, states), &commands[interval])
+        })
+    }
+
+    fn largest(&self, value: impl Fn(usize, &Limit<X, U>, &Row) -> f64) -> Option<Violated> {
+        let intervals = 0..self.rows.len() / self.limits.len();
+        let all = intervals.flat_map(|interval| {
+            let each = self.each(interval);
+            each.map(move |(limit, row)| (interval, limit, row))
+        });
+        let all = all.map(|(step, limit, row)| Violated {
+            index: limit.index,
+            step,
+            amount: value(step, limit, row),
+            slack: limit.slack,
+        });
+        all.max_by(|a, b| a.amount.total_cmp(&b.amount))
+    }
+}
+
+impl<const X: usize, const U: usize> Limit<X, U> {
+    fn value(&self, state: &BodyState, command: &SVector<f64, U>) -> f64 {
+        let parts = [
+            &state.position,
+            &state.linear_momentum,
+            &state.angular_momentum,
+        ];
+        let along = [0, 3, 9].map(|at| self.by_state.fixed_rows::<3>(at));
+        let speed: f64 = along.iter().zip(parts).map(|(by, part)| by.dot(part)).sum();
+        speed + self.by_command.dot(command) - 1.0 - self.slack
+    }
+}

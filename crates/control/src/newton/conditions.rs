@@ -182,14 +182,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Unconstrained {
         SVector::zeros()
     }
 
-    fn direct(
-        &mut self,
-        _: usize,
-        _: &SVector<f64, X>,
-        _: &SVector<f64, X>,
-        _: &SVector<f64, U>,
-    ) {
-    }
+    fn direct(&mut self, _: usize, _: &SVector<f64, X>, _: &SVector<f64, X>, _: &SVector<f64, U>) {}
 
     fn reach(&self) -> f64 {
         1.0

@@ -9,8 +9,8 @@ use thiserror::Error;
 
 use super::off::Off;
 use super::{
-    Actuation, ActuationError, ByStep, Chances, Constraint, Dynamics, InequalitySet, Motion,
-    MAX_COMMANDS, ParameterError, Terminal, TerminalSet,
+    Actuation, ActuationError, ByStep, Chances, Constraint, Dynamics, InequalitySet, MAX_COMMANDS,
+    Motion, ParameterError, Terminal, TerminalSet,
 };
 
 /// A vector of components in the order `[x, γ, R, Π]`, three each.

@@ -178,8 +178,7 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
     /// Adds the derivatives by the commands that act on the pose of the first group.
     #[inline(always)]
     fn take_exchange(&mut self, exchange: &Exchange<U>) {
-        let rows: [Column<S, W>; 3] =
-            std::array::from_fn(|r| load(self.simd, &exchange.rows[r]));
+        let rows: [Column<S, W>; 3] = std::array::from_fn(|r| load(self.simd, &exchange.rows[r]));
         let mut factors = [[0.0; X]; 3];
         for r in 0..3 {
             store(&self.hessian[pose(0) + r], &mut factors[r]);

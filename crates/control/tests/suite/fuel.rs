@@ -25,7 +25,7 @@ pub(crate) fn vector(value: &Value) -> Vector3<f64> {
     Vector3::from_fn(|i, _| number(&value[i]))
 }
 
-fn numbers(value: &Value) -> Vec<f64> {
+pub(crate) fn numbers(value: &Value) -> Vec<f64> {
     value
         .as_array()
         .expect("a list")

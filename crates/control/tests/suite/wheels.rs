@@ -7,12 +7,15 @@ use lgvi_control::{
     Plan, PlanError, SearchSettings, Start, Terminal, TimeRange, Transfer, TransferError, miss,
     search, solve, solve_final_time, solve_minimum_time,
 };
-use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::gravity::{Central, Uniform};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::wheels::{ReactionWheel, Wheels};
 use lgvi_dynamics::{BodyState, Inertia, Load, Method, PointMass, RigidBody, Simulation, System};
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3};
+use serde_json::Value;
+
+use crate::fuel::{number, numbers, references, vector as three};
 
 fn vector(rng: &mut Rng, size: f64) -> Vector3<f64> {
     Vector3::from_fn(|_, _| size * (2.0 * rng.f64() - 1.0))
@@ -491,7 +494,10 @@ fn the_rate_of_a_body_with_wheels_keeps_its_limit() {
 
 /// The greatest speed of any wheel by which its motor goes, in parts of its limit, or of 1 where it has none.
 fn fastest(body: &RigidBody, transfer: &Transfer, plan: &Plan) -> f64 {
-    let (mut wheels, inverse) = (body.wheels().expect("wheels").clone(), body.inertia().inverse());
+    let (mut wheels, inverse) = (
+        body.wheels().expect("wheels").clone(),
+        body.inertia().inverse(),
+    );
     let momenta = plan.wheel_momenta(transfer);
     let mut most = 0.0_f64;
     for (k, command) in plan.commands.iter().enumerate() {
@@ -504,18 +510,21 @@ fn fastest(body: &RigidBody, transfer: &Transfer, plan: &Plan) -> f64 {
         for (index, wheel) in wheels.wheels().iter().enumerate() {
             let per_torque = wheel.inertia.recip() + wheel.axis.dot(&(inverse * wheel.axis));
             let speed = wheels.speed(index, &rate) + plan.h * per_torque * command[index];
-            let limit = if wheel.max_speed.is_finite() { wheel.max_speed } else { 1.0 };
+            let limit = if wheel.max_speed.is_finite() {
+                wheel.max_speed
+            } else {
+                1.0
+            };
             most = most.max(speed.abs() / limit);
         }
     }
     most
 }
 
-/// Wheels of any number and place, with momenta at the start and unequal weights, that a plan without limits takes too fast.
+/// Wheels of any number and place, with momenta at the start, that a plan without limits takes too fast.
 #[test]
 fn speeds_keep_within_their_limits() {
     let mut rng = Rng::with_seed(64);
-    let mut active = 0;
     for case in 0..40 {
         let count = 3 + case % 4;
         let mut wheels: Vec<_> = (0..count)
@@ -535,15 +544,52 @@ fn speeds_keep_within_their_limits() {
         }
         let body = with_momenta(body(INERTIA, Vec::new(), &wheels), &momenta);
         let bound = transfer(body.clone(), 100, initial, target);
-        match planned(&bound) {
-            Ok(plan) => {
-                active += 1;
-                println!("{case} {count}: {:.6} {:.3e} {:?}", plan.cost / loose.cost, fastest(&body, &bound, &plan) - 1.0, plan.certificate);
-                assert!(plan.cost > loose.cost, "case {case}");
-                assert_flown(&body, &bound, &plan);
-            }
-            Err(error) => println!("{case} {count}: {error}"),
+        let plan = planned(&bound).unwrap_or_else(|error| panic!("case {case}: {error}"));
+        assert!(plan.cost > loose.cost, "case {case}");
+        assert!(plan.certificate.sufficient && plan.certificate.stationarity < 1e-7);
+        let most = fastest(&body, &bound, &plan);
+        assert!(most < 1.0 && most > 1.0 - 1e-7, "case {case}: {most}");
+        assert_flown(&body, &bound, &plan);
+        let end = plan.states.last().expect("an end");
+        let missed = miss(&target, end).rows(6, 6).amax();
+        assert!(missed < 1e-11, "case {case}: {missed:e}");
+    }
+}
+
+/// The costs of `wheels.py`, with and without limits.
+#[test]
+fn limits_of_speed_cost_what_ipopt_finds() {
+    for (at, case) in references("wheels", "cases").iter().enumerate() {
+        let own = |wheel: &Value, limit: f64| ReactionWheel {
+            max_speed: limit,
+            ..ReactionWheel::new(three(&wheel["axis"]), number(&wheel["inertia"]))
+        };
+        let turn = three(&case["turn"]);
+        for (limit, cost) in [(f64::INFINITY, "free"), (number(&case["limit"]), "cost")] {
+            let wheels = case["wheels"].as_array().expect("wheels").iter();
+            let wheels: Vec<_> = wheels.map(|wheel| own(wheel, limit)).collect();
+            let inertia = <[f64; 3]>::try_from(numbers(&case["inertia"])).expect("three");
+            let body = with_momenta(
+                body(inertia, Vec::new(), &wheels),
+                &numbers(&case["momenta"]),
+            );
+            let actuation = body
+                .wheels()
+                .map(|wheels| Actuation::wheels(wheels, &numbers(&case["weights"])));
+            let actuation = actuation.expect("wheels").expect("an actuation");
+            let target = attitude_of(still(exp(&turn)));
+            let (h, initial) = (DURATION / 40.0, still(Matrix3::identity()));
+            let field = Uniform {
+                acceleration: Vector3::zeros(),
+            };
+            let transfer = Transfer::new(body, field, h, 40, initial, target, actuation)
+                .expect("a transfer")
+                .with_dynamics(Dynamics::Lgvi)
+                .with_motion(Motion::Rotation);
+            let plan = planned(&transfer).unwrap_or_else(|error| panic!("case {at}: {error}"));
+            let error = plan.cost / number(&case[cost]) - 1.0;
+            println!("{at} {cost} {error:e}");
+            assert!(error.abs() < 1e-7, "case {at}: {error:e}");
         }
     }
-    assert!(active > 30, "{active}");
 }

@@ -46,8 +46,8 @@ pub use cone::KeepOutCone;
 pub use coordinates::Coordinates;
 pub use corridor::Corridor;
 pub use ellipsoid::KeepOutEllipsoid;
-pub(crate) use frame::{cubic, resampled};
 pub use frame::{FrameMotion, FramePose};
+pub(crate) use frame::{cubic, resampled};
 pub use keep_in::KeepInSphere;
 pub use limits::{CommandLimit, ComponentLimit, NormLimit};
 pub use line_of_sight::LineOfSight;
@@ -59,8 +59,8 @@ pub(in crate::problem) use set::command_limits;
 pub(crate) use set::{InequalitySet, PositionCost, StateInequality};
 pub use speed::Speed;
 pub use sphere::KeepOutSphere;
-pub use window::During;
 pub(crate) use wheel_speed::WheelSpeed;
+pub use window::During;
 pub(crate) use window::Window;
 
 /// An inequality on the commands of each interval or on the states of a plan.

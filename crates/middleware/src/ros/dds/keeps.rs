@@ -4,7 +4,10 @@ use std::{sync::Arc, time::Duration};
 
 use rustdds::{DomainParticipantStatusEvent as Event, GUID};
 
-use super::{faults::Faults, fence::Fence, laggards::Laggards, matches::Matches, names::Names};
+use super::{
+    faults::Faults, fence::Fence, first_samples::FirstSamples, laggards::Laggards,
+    matches::Matches, names::Names,
+};
 
 /// What the background thread keeps up to date.
 pub(super) struct Keeps {
@@ -13,6 +16,7 @@ pub(super) struct Keeps {
     pub(super) names: Arc<Names>,
     pub(super) faults: Arc<Faults>,
     pub(super) fence: Arc<Fence>,
+    pub(super) first_samples: FirstSamples,
 }
 
 impl Keeps {
@@ -23,6 +27,13 @@ impl Keeps {
         self.faults.apply(&event);
         if let Event::ParticipantLost { id, .. } = event {
             self.names.retain(|participant| participant.prefix != id);
+        }
+        if let Event::RemoteWriterMatched {
+            local_reader,
+            remote_writer,
+        } = event
+        {
+            self.first_samples.expect(local_reader, remote_writer);
         }
         self.matches.apply(event);
     }
@@ -44,6 +55,7 @@ impl Keeps {
         self.names.refresh();
         let report = self.faults.report(&self.names);
         let reminder = self.laggards.remind(&self.matches);
-        report.into_iter().chain(reminder).min()
+        let asking = self.first_samples.ask(&self.laggards);
+        report.into_iter().chain(reminder).chain(asking).min()
     }
 }

@@ -11,6 +11,7 @@ mod descriptors;
 mod farewell;
 mod faults;
 mod fence;
+mod first_samples;
 mod graph;
 mod inbox;
 mod keeps;

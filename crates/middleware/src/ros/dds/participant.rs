@@ -22,6 +22,7 @@ use super::{
     farewell::Farewell,
     faults::Faults,
     fence::{Fence, MakeError},
+    first_samples::FirstSamples,
     graph::Graph,
     inbox::{Inbox, nanoseconds},
     keeps::Keeps,
@@ -104,6 +105,7 @@ impl Participant {
             names: Arc::clone(&names),
             faults: Arc::clone(&faults),
             fence: Arc::clone(&fence),
+            first_samples: FirstSamples::default(),
         };
         let background = Background::start(&participant, keeps).map_err(text)?;
         // RustDDS has begun with its own endpoints.

@@ -6,8 +6,12 @@ use rustdds::GUID;
 const VERSION: [u8; 2] = [2, 4];
 const VENDOR: [u8; 2] = [1, 18];
 
+/// What the identities of the participants of a vendor begin with.
+pub(super) const FAST_DDS: [u8; 2] = [1, 15];
+pub(super) const CYCLONE_DDS: [u8; 2] = [1, 16];
+
 const LITTLE_ENDIAN: u8 = 0b01;
-/// In an ACKNACK: no answer is needed.
+/// In an ACKNACK or a HEARTBEAT: no answer is needed.
 const FINAL: u8 = 0b10;
 /// In DATA.
 const INLINE_QOS: u8 = 0b10;
@@ -35,6 +39,29 @@ pub(super) fn acknowledgment(writer: GUID, reader: GUID, before: i64, count: i32
         0x06,
         LITTLE_ENDIAN | FINAL,
         &received.concat(),
+    );
+    message
+}
+
+/// To the participant of `reader` from itself, in the name of `writer`: its first sample is there, and no answer is needed if
+/// the reader has it.
+pub(super) fn first_sample(writer: GUID, reader: GUID) -> Vec<u8> {
+    let (writer_prefix, writer_id) = parts(writer);
+    let (reader_prefix, reader_id) = parts(reader);
+    let mut message = in_the_name_of(reader_prefix, writer_prefix);
+    let heartbeat = [
+        &reader_id[..],
+        &writer_id,
+        &sequence_number(1),
+        &sequence_number(1),
+        // The count.
+        &1_i32.to_le_bytes(),
+    ];
+    push(
+        &mut message,
+        0x07,
+        LITTLE_ENDIAN | FINAL,
+        &heartbeat.concat(),
     );
     message
 }
@@ -174,6 +201,25 @@ mod tests {
             &[2; 4],
             &[5, 0, 0, 0, 6, 0, 0, 0, 0, 0, 0, 0],
             &[7, 0, 0, 0],
+        ];
+        assert_eq!(message, expected.concat());
+    }
+
+    /// RTPS 2.5, 9.4.5.7 (HEARTBEAT).
+    #[test]
+    fn a_first_sample_is_the_writer_s() {
+        let message = first_sample(guid(1, 2), guid(3, 4));
+        let expected: &[&[u8]] = &[
+            b"RTPS\x02\x04\x01\x12",
+            &[3; 12],
+            &[0x0c, 1, 20, 0],
+            &[0, 0, 0, 0, 2, 4, 1, 18],
+            &[1; 12],
+            &[0x07, 3, 28, 0],
+            &[4; 4],
+            &[2; 4],
+            &[0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 1, 0, 0, 0],
+            &[1, 0, 0, 0],
         ];
         assert_eq!(message, expected.concat());
     }

@@ -4,7 +4,10 @@ use rustdds::GUID;
 
 use crate::{
     ServiceMapping,
-    ros::{RequestId, Sample, SampleId, WriterId},
+    ros::{
+        RequestId, Sample, SampleId, WriterId,
+        dds::rtps::{CYCLONE_DDS, FAST_DDS},
+    },
 };
 
 /// The client's reader of replies, where the request names it.
@@ -23,10 +26,6 @@ const UNKNOWN_SEQUENCE: i64 = -(1 << 32);
 
 /// A related sample identity that names nobody.
 const UNKNOWN_WRITER: WriterId = WriterId([0; 16]);
-
-/// What the identities of the participants of a vendor begin with.
-const FAST_DDS: [u8; 2] = [1, 15];
-const CYCLONE_DDS: [u8; 2] = [1, 16];
 
 /// Whether an endpoint's make tells that it takes and gives identities by the other mapping.
 pub(super) fn differs(mapping: ServiceMapping, endpoint: [u8; 16]) -> bool {

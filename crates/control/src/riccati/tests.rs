@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::discrete::linear::OwnInputs;
-use crate::discrete::linear::{Blocks, KickInputs, Turn, TurnCurvature, command_rows};
+use crate::discrete::linear::{Blocks, Exchange, KickInputs, Turn, TurnCurvature, command_rows};
 use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
 use crate::problem::Off;
@@ -132,7 +132,8 @@ fn problem_of<const X: usize, const U: usize>(
     let inputs = Inputs {
         before: two_kicks.then(|| KickInputs::new(std::array::from_fn(|_| random(rng, 1.0)))),
         after: KickInputs::new(std::array::from_fn(|_| random(rng, 1.0))),
-        exchange: None,
+        exchange: (X == 12 && U >= SPINNING && two_kicks)
+            .then(|| Box::new(Exchange::new(random(rng, 1.0)))),
     };
     let stages = (0..intervals)
         .map(|_| {
@@ -294,7 +295,7 @@ fn a_momentum_that_the_body_stores_turns_it() {
         let few = problem_of::<12, SPINNING>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
         assert!(few.0.iter().all(|stage| stage.step.stored.is_some()));
         agree(few, 9);
-        // No command moves the pose of the first group.
+        // Only exchanges move the pose of the first group.
         let many = problem_of::<12, 15>(&mut rng, intervals, 9, 1.0, [two_kicks, false]);
         agree(many, 9);
     }

@@ -7,6 +7,11 @@ use crate::problem::{Off, Vector12};
 
 /// The stiffness of each coordinate at the end: that of a rest-to-rest motion of a free body in the duration.
 pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
+    with_exchange(transfer, of_motion(transfer))
+}
+
+/// The same of positions, whatever is in their place.
+fn of_motion(transfer: &Transfer) -> Vector12 {
     let duration = transfer.h * transfer.intervals as f64;
     let actuation = &transfer.actuation;
     let mut compliance = compliance(transfer);
@@ -36,6 +41,15 @@ pub(super) fn stiffness(transfer: &Transfer) -> Vector12 {
     })
 }
 
+/// What is known of each coordinate, where exchanged momenta in the place of positions are as those that wheels store.
+fn with_exchange(transfer: &Transfer, mut of_coordinates: Vector12) -> Vector12 {
+    if transfer.exchange.is_some() {
+        let stored = of_coordinates.fixed_rows::<3>(3).into_owned();
+        of_coordinates.fixed_rows_mut::<3>(0).copy_from(&stored);
+    }
+    of_coordinates
+}
+
 /// The diagonal of `B W⁻¹ Bᵀ` of the commands that act, on the average over the steps.
 fn compliance(transfer: &Transfer) -> SVector<f64, 6> {
     let (matrix, weight) = (transfer.actuation.matrix(), transfer.actuation.weight());
@@ -55,9 +69,9 @@ fn compliance(transfer: &Transfer) -> SVector<f64, 6> {
 /// because a step is limited by the angle of a turn and not by its cost.
 pub(super) fn metric(transfer: &Transfer) -> Vector12 {
     let duration = transfer.h * transfer.intervals as f64;
-    let stiffness = stiffness(transfer);
+    let stiffness = of_motion(transfer);
     let [translation, rotation] = [0, 6].map(|first| stiffness.fixed_rows::<3>(first).max());
-    SVector::from_fn(|i, _| {
+    let metric = Vector12::from_fn(|i, _| {
         let axis = i % 3;
         let per_time = |inertia: f64| (duration / inertia) * (duration / inertia);
         let weight = match i / 3 {
@@ -67,5 +81,6 @@ pub(super) fn metric(transfer: &Transfer) -> Vector12 {
             _ => rotation * per_time(transfer.body.inertia().matrix()[(axis, axis)]),
         };
         weight / duration
-    })
+    });
+    with_exchange(transfer, metric)
 }

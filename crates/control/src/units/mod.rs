@@ -28,6 +28,8 @@ pub(crate) const ROUNDING: f64 = 8.0 * f64::EPSILON;
 pub(crate) struct Units {
     time: f64,
     length: f64,
+    /// The unit of what is in the place of positions in states.
+    place: f64,
     linear_momentum: f64,
     angular_momentum: f64,
     /// The unit of each command.
@@ -80,9 +82,15 @@ impl Units {
             sizes[1] = sizes[2];
         }
         let [time, linear_momentum, angular_momentum] = sizes.map(power);
+        let length = power(length);
         let without_commands = Self {
             time,
-            length: power(length),
+            length,
+            // Exchanged momenta are angular momenta, too.
+            place: match transfer.exchange {
+                Some(_) => angular_momentum,
+                None => length,
+            },
             linear_momentum,
             angular_momentum,
             commands: SVector::repeat(1.0),
@@ -96,6 +104,7 @@ impl Units {
         Self {
             time: 1.0,
             length: 1.0,
+            place: 1.0,
             linear_momentum: 1.0,
             angular_momentum: 1.0,
             commands: SVector::repeat(1.0),
@@ -109,6 +118,10 @@ impl Units {
 
     pub(crate) fn length(&self) -> f64 {
         self.length
+    }
+
+    pub(crate) fn place(&self) -> f64 {
+        self.place
     }
 
     pub(crate) fn linear_momentum(&self) -> f64 {
@@ -148,6 +161,7 @@ impl Units {
         Self {
             time: self.time.recip(),
             length: self.length.recip(),
+            place: self.place.recip(),
             linear_momentum: self.linear_momentum.recip(),
             angular_momentum: self.angular_momentum.recip(),
             commands: self.commands.map(f64::recip),
@@ -178,12 +192,7 @@ impl Units {
 
     /// The units of `[δx, δγ, ζ, δΠ]`.
     pub(crate) fn variations(&self) -> SVector<f64, 12> {
-        let units = [
-            self.length,
-            self.linear_momentum,
-            1.0,
-            self.angular_momentum,
-        ];
+        let units = [self.place, self.linear_momentum, 1.0, self.angular_momentum];
         SVector::from_fn(|row, _| units[row / 3])
     }
 }

@@ -43,7 +43,7 @@ impl Units {
                 positions.collect()
             }),
             exchange: transfer.exchange.as_deref().map(|exchange| {
-                let unit = self.commands * (self.time / self.length);
+                let unit = self.commands * (self.time / self.place);
                 let rows = SMatrix::from_fn(|row, column| unit[column] * exchange[(row, column)]);
                 Arc::new(rows)
             }),
@@ -65,7 +65,7 @@ impl Units {
     /// `state` multiplied by the units.
     pub(crate) fn state(&self, state: &BodyState) -> BodyState {
         BodyState {
-            position: self.length * state.position,
+            position: self.place * state.position,
             linear_momentum: self.linear_momentum * state.linear_momentum,
             attitude: state.attitude,
             angular_momentum: self.angular_momentum * state.angular_momentum,

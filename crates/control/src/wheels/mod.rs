@@ -74,7 +74,7 @@ pub(crate) fn solve(
                 _ => return Err(error),
             }
             orbit = flight.positions();
-            plan = Some(found);
+            plan = None;
             continue;
         }
         let apart = distance(&stated, &found, &flight);

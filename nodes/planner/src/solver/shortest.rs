@@ -2,7 +2,7 @@ use lgvi_control::{
     FinalTimeError, MinimumTime, Plan, Progress, SearchSettings, Start, TimeRange,
     search_minimum_time, solve_minimum_time,
 };
-use lgvi_scene::FinalTime;
+use lgvi_scene::{FinalTime, Scene};
 use tracing::info;
 
 use super::{Iteration, Observe, Problem, Reason, Solved, Unsolved, newton_settings};
@@ -63,7 +63,11 @@ pub(super) fn solve(
             None => break,
         }
     }
-    let remark = described(steps, min_steps, &minimum);
+    let mut remark = described(steps, min_steps, &minimum);
+    if let Some(duration) = fitting(problem.scene, steps, min_steps, &minimum) {
+        remark +=
+            &format!("; with `run.duration` = {duration} the steps nearly fit the shortest time");
+    }
     info!("{remark}");
     Ok(Solved::new(plan, remark))
 }
@@ -131,6 +135,20 @@ fn described(steps: u64, min_steps: u64, minimum: &MinimumTime) -> String {
         "the shortest duration is {steps} steps, {below}; of any length, {final_time:.6}, and at least {lower_bound:.6} \
          for plans of this family"
     )
+}
+
+/// The duration of the run with which so many steps take the shortest time, if they take longer by more than its tolerance and by what
+/// commands lose that switch within steps, some `1/N²`.
+fn fitting(scene: &Scene, steps: u64, min_steps: u64, minimum: &MinimumTime) -> Option<f64> {
+    let count = steps as f64;
+    let margin = TOLERANCE + 1.0 / (count * count);
+    let shortest = minimum.final_time * (1.0 + margin);
+    if steps == min_steps || scene.h() * count <= shortest * (1.0 + margin) {
+        return None;
+    }
+    let duration = shortest / count * scene.steps as f64;
+    let digits = 10.0_f64.powi(6 - duration.log10().floor() as i32);
+    Some((duration * digits).ceil() / digits)
 }
 
 /// The iterations of several solutions, which each count from 0.
@@ -224,6 +242,29 @@ mod tests {
             steps(&[("motion =", "search = { starts = 3 }\nmotion =")]).0,
             40
         );
+    }
+
+    /// Runs of the told duration take the shortest time in as many steps.
+    #[test]
+    fn the_steps_are_told_that_fit_the_shortest_time() {
+        for case in 1..=6 {
+            let distance = 2.0 + 3.0 * (0.618 * f64::from(case)).fract();
+            let exact = 2.0 * (distance * 2.0 / 1.5).sqrt();
+            let target = format!("position = [{distance}, 0, 0]");
+            let target = ("position = [3, 0, 0]", &*target);
+            let (coarse, remark) = steps(&[target]);
+            let told = remark.split("`run.duration` = ").nth(1);
+            let Some(told) = told.and_then(|rest| rest.split(' ').next()) else {
+                assert!(0.1 * coarse as f64 <= exact * 1.003, "{remark}");
+                continue;
+            };
+            let duration = format!("duration = {told}");
+            let (fitted, remark) = steps(&[target, ("duration = 8.0", &duration)]);
+            assert_eq!(fitted, coarse, "{remark}");
+            assert!(!remark.contains("run.duration"), "{remark}");
+            let taken = told.parse::<f64>().unwrap() / 80.0 * fitted as f64;
+            assert!(taken / exact - 1.0 < 2e-3, "{taken} for {exact}");
+        }
     }
 
     /// Betts (2010), §6.8: 28.63 s; the shipped scene has steps of 0.2864 s.

@@ -38,7 +38,7 @@ impl WheelSpeed {
 
     pub(in crate::problem) fn in_units(&self, units: &Units) -> Self {
         let sizes = [
-            units.length(),
+            units.place(),
             units.linear_momentum(),
             units.angular_momentum(),
         ];

@@ -258,7 +258,8 @@ fn a_plan_in_flight_keeps_the_phases() {
 #[test]
 fn wheels_rest_in_a_phase() {
     let text = include_str!("../../../../../scenes/wheel_slew_plan.toml");
-    let text = text.replace("steps = 600", "steps = 120").replace(
+    let text = text.replace("steps = 600", "steps = 120");
+    let text = text.replace("max_speed = 220.0", "max_speed = 600.0").replace(
         "[maneuver.target]",
         "phases = [{ name = \"turn\", duration = 20.0 }, { name = \"rest\", duration = 20.0, off = [\"wheel_2\"] }, { name = \"stop\" }]\n\
          [maneuver.target]",

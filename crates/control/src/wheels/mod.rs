@@ -65,21 +65,22 @@ pub(crate) fn solve(
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
         let found = solve_stated(&stated, start, settings, &mut watch).map_err(|error| {
             let error = left_error(transfer, error);
-            imposed.map_or(error.clone(), |speeds| speeds.named(transfer, error))
+            match imposed {
+                Some(speeds) => speeds.named(transfer, error),
+                None => error,
+            }
         })?;
         let flight = fly(transfer, &found.commands)?;
-        if let Err(error) = flight.check_speeds(transfer, &found.commands) {
-            match &speeds {
-                Some(speeds) if imposed.is_none() => imposed = Some(speeds),
-                _ => return Err(error),
-            }
-            orbit = flight.positions();
-            plan = None;
+        let kept = flight.check_speeds(transfer, &found.commands);
+        if kept.is_err() && speeds.is_some() && imposed.is_none() {
+            imposed = speeds.as_ref();
+            (orbit, plan, last) = (flight.positions(), None, f64::INFINITY);
             continue;
         }
         let apart = distance(&stated, &found, &flight);
         let tolerance = tolerated(transfer, &found, settings);
         if apart <= tolerance {
+            kept?;
             return Ok(left(transfer, found, flight, apart));
         }
         if apart > SETTLING * last {

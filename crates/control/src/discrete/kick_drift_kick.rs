@@ -98,7 +98,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         if C::STORES
             && let Some(exchange) = &self.exchange
         {
-            end.position = start.position + &**exchange * command;
+            end.position = start.position + **exchange * command;
         }
     }
 

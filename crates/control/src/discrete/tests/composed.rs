@@ -121,6 +121,10 @@ impl<const X: usize, const U: usize> Composed<X, U> {
             }
             cross::<X, U>(&mut hessian, second.before_commands.as_ref());
         }
+        if let Some(exchange) = inputs.exchange::<X>() {
+            let mut exchanged = map.view_mut((pose(0), X), (3, U));
+            exchanged += exchange.columns;
+        }
         Self {
             a: map.fixed_view::<X, X>(0, 0).into_owned(),
             b: map.fixed_view::<X, U>(0, X).into_owned(),

@@ -121,8 +121,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         stage: &mut StageModel<X, U>,
     ) {
         if let Some(wheels) = &mut self.wheels {
-            let penalty = self.schedule.penalty.of(None);
-            wheels.add(&penalty, interval, state, command, stage);
+            wheels.add(&self.schedule.penalty, interval, state, command, stage);
         }
     }
 
@@ -133,8 +132,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         command: &SVector<f64, U>,
     ) -> Option<(SVector<f64, X>, SVector<f64, U>)> {
         let wheels = self.wheels.as_ref()?;
-        let penalty = self.schedule.penalty.of(None);
-        Some(wheels.force(&penalty, interval, state, command))
+        Some(wheels.force(&self.schedule.penalty, interval, state, command))
     }
 
     fn state_force(&self, interval: usize, state: &BodyState) -> SVector<f64, X> {
@@ -242,7 +240,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         let penalty = &self.schedule.penalty;
         let mut sum = 0.0;
         if let Some(wheels) = &self.wheels {
-            sum += wheels.merit(&penalty.of(None), interval, start, command);
+            sum += wheels.merit(penalty, interval, start, command);
         }
         let scaled = self.varying.share(interval) * command;
         for inequality in self.commands_in(interval) {

@@ -14,8 +14,10 @@ mod row;
 mod schedule;
 mod set;
 mod varying;
+mod violation;
 mod wheel_speeds;
 
 pub(crate) use known::{Force, forces};
 pub(crate) use schedule::BarrierTolerances;
-pub(crate) use set::{Barrier, Given, Violation};
+pub(crate) use set::{Barrier, Given};
+pub(crate) use violation::Violation;

@@ -10,7 +10,8 @@ use super::position::PositionCosts;
 use super::row::Row;
 use super::schedule::{BarrierTolerances, Measure, Schedule};
 use super::varying::Varying;
-use super::wheel_speeds::{Violated, WheelSpeeds};
+use super::violation::Violation;
+use super::wheel_speeds::WheelSpeeds;
 use crate::problem::constraint::Coordinates;
 use crate::problem::{CommandInequality, InequalitySet, StateInequality};
 use crate::units::ROUNDING;
@@ -139,19 +140,6 @@ impl Given {
     }
 }
 
-/// A violated inequality and its step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Violation {
-    /// Index of the constraint, from 0.
-    pub(crate) constraint: usize,
-    /// Index of the step, from 0: the step itself for a command, its end for a state.
-    pub(crate) step: usize,
-    /// `g`
-    pub(crate) amount: f64,
-    /// The violation relative to the limit, or as defined by [`StateInequality::excess`].
-    pub(crate) excess: f64,
-}
-
 /// Least slack assumed for the initial multipliers.
 const SLACK: f64 = 0.1;
 /// Initial β for known multipliers, relative to the share of the cost per inequality.
@@ -186,7 +174,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         let planned = |placed: &Placed| (0..intervals).filter(|&at| placed.plans(at)).count();
         let planned: usize = states.iter().map(planned).sum();
         let wheels = WheelSpeeds::new(transfer, &set, selection);
-        let of_wheels = wheels.as_ref().map_or(0, WheelSpeeds::count);
+        let of_wheels = wheels.iter().flat_map(WheelSpeeds::rows).count();
         let rows = planned + intervals * commands.len() + of_wheels;
         let schedule = Schedule::new(cost, rows, tolerances);
         let minimizes_fuel = transfer.actuation.minimizes_fuel();
@@ -229,7 +217,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             row.multiplier = penalty.start(value, SLACK);
         });
         if let Some(wheels) = &mut self.wheels {
-            let penalty = self.schedule.penalty.of(None);
+            let penalty = &self.schedule.penalty;
             wheels.start(states, commands, |_, value, _| penalty.start(value, SLACK));
         }
         if let Some(fuel) = &mut self.fuel {
@@ -287,7 +275,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             }
         });
         if let Some(wheels) = &mut self.wheels {
-            let penalty = self.schedule.penalty.of(None);
+            let penalty = &self.schedule.penalty;
             wheels.start(states, commands, |interval, value, gradient| {
                 let own = forces[interval].command - paid(interval);
                 let least = penalty.start(value, SLACK);
@@ -378,7 +366,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         &self,
         commands: impl Iterator<Item = f64>,
         states: impl Iterator<Item = f64>,
-        wheels: Option<Violated>,
+        wheels: Option<Violation>,
     ) -> Option<Violation> {
         let of_commands = commands.enumerate().filter_map(|(at, amount)| {
             let inequality = &self.commands[at % self.commands.len()];
@@ -399,15 +387,9 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
                 excess: inequality.excess(amount),
             })
         });
-        let of_wheels = wheels.map(|found| Violation {
-            constraint: found.index,
-            step: found.step,
-            amount: found.amount,
-            excess: found.amount + found.slack,
-        });
         let worst = of_commands
             .chain(of_states)
-            .chain(of_wheels)
+            .chain(wheels)
             .max_by(|a, b| a.amount.total_cmp(&b.amount))?;
         (worst.amount > self.schedule.tolerances.violation).then_some(worst)
     }

@@ -3,6 +3,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::penalty::Penalty;
 use super::row::Row;
+use super::violation::Violation;
 use crate::problem::{InequalitySet, WheelSpeed};
 use crate::riccati::StageModel;
 use crate::{MAX_COMMANDS, Transfer};
@@ -12,10 +13,8 @@ use crate::{MAX_COMMANDS, Transfer};
 pub(super) struct WheelSpeeds<const X: usize, const U: usize> {
     initial: BodyState,
     limits: Vec<Limit<X, U>>,
-    /// A row for each interval and limit.
-    rows: Vec<Row>,
-    /// For each interval and limit, true if the motor is on.
-    is_on: Vec<bool>,
+    /// A row for each interval and limit, unless the motor is off.
+    rows: Vec<Option<Row>>,
 }
 
 /// `g = ±p/limit − 1`, linear.
@@ -25,15 +24,6 @@ struct Limit<const X: usize, const U: usize> {
     by_state: SVector<f64, X>,
     by_command: SVector<f64, U>,
     slack: f64,
-}
-
-/// A limit that is violated.
-pub(super) struct Violated {
-    pub(super) index: usize,
-    pub(super) step: usize,
-    /// `g`
-    pub(super) amount: f64,
-    pub(super) slack: f64,
 }
 
 impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
@@ -58,22 +48,18 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
         };
         let limits: Vec<_> = set.wheels.iter().flat_map(sides).collect();
         let off = transfer.off_by_step(Some);
-        let is_on = (0..transfer.intervals).flat_map(|step| {
+        let rows = (0..transfer.intervals).flat_map(|step| {
             let off = off.get(step).copied().unwrap_or_default();
-            let each = limits.iter();
-            each.map(move |limit| !off.contains(limit.by_command.iamax()))
+            let is_on = move |limit: &Limit<X, U>| !off.contains(limit.by_command.iamax());
+            limits
+                .iter()
+                .map(move |limit| is_on(limit).then(Row::default))
         });
         Some(Self {
             initial: transfer.initial,
-            rows: vec![Row::default(); transfer.intervals * limits.len()],
-            is_on: is_on.collect(),
+            rows: rows.collect(),
             limits,
         })
-    }
-
-    /// Number of rows that restrict something.
-    pub(super) fn count(&self) -> usize {
-        self.is_on.iter().filter(|is_on| **is_on).count()
     }
 
     /// Sets the multipliers for states `s_1 … s_N` and commands `w_1 … w_N`, by the values of the inequalities and their
@@ -84,13 +70,11 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
         commands: &[SVector<f64, U>],
         multiplier: impl Fn(usize, f64, &SVector<f64, U>) -> f64,
     ) {
-        let count = self.limits.len();
         for (interval, command) in commands.iter().enumerate() {
             let state = self.start_of(interval, states);
-            for (at, limit) in self.limits.iter().enumerate() {
+            for (limit, row) in self.each_mut(interval) {
                 let value = limit.value(&state, command);
-                self.rows[interval * count + at].multiplier =
-                    multiplier(interval, value, &limit.by_command);
+                row.multiplier = multiplier(interval, value, &limit.by_command);
             }
         }
     }
@@ -105,16 +89,14 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
     /// The limits that hold in an interval, and their rows.
     fn each(&self, interval: usize) -> impl Iterator<Item = (&Limit<X, U>, &Row)> {
         let range = interval * self.limits.len()..(interval + 1) * self.limits.len();
-        let rows = self.rows[range.clone()].iter().zip(&self.is_on[range]);
-        let all = self.limits.iter().zip(rows);
-        all.filter_map(|(limit, (row, is_on))| is_on.then_some((limit, row)))
+        let all = self.limits.iter().zip(&self.rows[range]);
+        all.filter_map(|(limit, row)| Some((limit, row.as_ref()?)))
     }
 
     fn each_mut(&mut self, interval: usize) -> impl Iterator<Item = (&Limit<X, U>, &mut Row)> {
         let range = interval * self.limits.len()..(interval + 1) * self.limits.len();
-        let rows = self.rows[range.clone()].iter_mut().zip(&self.is_on[range]);
-        let all = self.limits.iter().zip(rows);
-        all.filter_map(|(limit, (row, is_on))| is_on.then_some((limit, row)))
+        let all = self.limits.iter().zip(&mut self.rows[range]);
+        all.filter_map(|(limit, row)| Some((limit, row.as_mut()?)))
     }
 
     /// Adds the contributions of an interval to its model.
@@ -182,18 +164,17 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
 
     /// The rows that restrict something.
     pub(super) fn rows(&self) -> impl Iterator<Item = &Row> {
-        let all = self.rows.iter().zip(&self.is_on);
-        all.filter_map(|(row, is_on)| is_on.then_some(row))
+        self.rows.iter().flatten()
     }
 
     pub(super) fn advance(&mut self, step: f64) {
-        for row in &mut self.rows {
+        for row in self.rows.iter_mut().flatten() {
             row.multiplier += step * row.change;
         }
     }
 
     /// The greatest value of the current iterate.
-    pub(super) fn violated(&self) -> Option<Violated> {
+    pub(super) fn violated(&self) -> Option<Violation> {
         self.largest(|_, _, row| row.value)
     }
 
@@ -202,23 +183,26 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
         &self,
         states: &[BodyState],
         commands: &[SVector<f64, U>],
-    ) -> Option<Violated> {
+    ) -> Option<Violation> {
         self.largest(|interval, limit, _| {
             limit.value(&self.start_of(interval, states), &commands[interval])
         })
     }
 
-    fn largest(&self, value: impl Fn(usize, &Limit<X, U>, &Row) -> f64) -> Option<Violated> {
+    fn largest(&self, value: impl Fn(usize, &Limit<X, U>, &Row) -> f64) -> Option<Violation> {
         let intervals = 0..self.rows.len() / self.limits.len();
         let all = intervals.flat_map(|interval| {
             let each = self.each(interval);
             each.map(move |(limit, row)| (interval, limit, row))
         });
-        let all = all.map(|(step, limit, row)| Violated {
-            index: limit.index,
-            step,
-            amount: value(step, limit, row),
-            slack: limit.slack,
+        let all = all.map(|(step, limit, row)| {
+            let amount = value(step, limit, row);
+            Violation {
+                constraint: limit.index,
+                step,
+                amount,
+                excess: amount + limit.slack,
+            }
         });
         all.max_by(|a, b| a.amount.total_cmp(&b.amount))
     }

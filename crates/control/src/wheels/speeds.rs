@@ -71,7 +71,7 @@ impl Speeds {
         if let Some(exchange) = &self.exchange {
             stated.inequalities = stated.inequalities.along(orbit);
             stated.exchange = Some(Arc::new(*exchange));
-            stated.initial.position = exchanged(exchange, &flight::momenta(transfer, &[])[0]);
+            stated.initial.position = exchange * flight::momenta(transfer, &[])[0];
         }
         let first = self.first_index(transfer);
         for (at, Limited { wheel, limit }) in self.limits.iter().enumerate() {
@@ -99,7 +99,7 @@ impl Speeds {
         if let Some(exchange) = &self.exchange {
             let momenta = flight::momenta(transfer, &plan.commands);
             for (state, momenta) in plan.states.iter_mut().zip(&momenta) {
-                state.position = exchanged(exchange, momenta);
+                state.position = exchange * momenta;
             }
         }
         plan
@@ -126,11 +126,6 @@ impl Speeds {
             None => error,
         }
     }
-}
-
-/// `q`
-fn exchanged(exchange: &Columns, momenta: &Command) -> Vector3<f64> {
-    exchange * momenta
 }
 
 /// `A⁺ᵀ` and `Zᵀ` of wheels; `None` if `Z` has more than three columns.

@@ -554,7 +554,12 @@ fn speeds_keep_within_their_limits() {
         let plan = match planned(&bound) {
             Ok(plan) => plan,
             // What three wheels store at the end follows from what they store at the start.
-            Err(PlanError::WheelSpeed { step: 99, .. }) if count == 3 => {
+            Err(PlanError::WheelSpeed {
+                step: 99,
+                speed,
+                limit: kept,
+                ..
+            }) if count == 3 && kept == limit && speed > limit => {
                 fixed += 1;
                 continue;
             }
@@ -569,7 +574,7 @@ fn speeds_keep_within_their_limits() {
         let missed = miss(&target, end).rows(6, 6).amax();
         assert!(missed < 1e-11, "case {case}: {missed:e}");
     }
-    assert!(fixed < 4, "{fixed}");
+    assert!((1..4).contains(&fixed), "{fixed}");
 }
 
 /// The costs of `wheels.py`, with and without limits, or less where IPOPT has found a dearer minimum.

@@ -487,17 +487,15 @@ fn a_killed_publisher_is_replaced_and_nothing_remains() {
     assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
 }
 
-/// A node that is there already finds what a process that was killed has left of a service that it was about to make: all but
-/// the part that is made last.
-#[test]
-fn a_service_whose_maker_was_killed_is_made_anew() {
+/// A node that is there already makes a service anew whose maker was killed and has left nothing but this.
+fn is_made_anew(leave: impl FnOnce(&Path)) {
     let root = World::new();
     {
         let survivor = node(root.path(), "survivor");
         let mut child = spawn("publish", root.path());
         child.kill().unwrap();
         child.wait().unwrap();
-        fs::remove_file(dynamic(root.path())).unwrap();
+        leave(root.path());
         let mut publisher = survivor
             .state_publisher(TOPIC, 2, Delivery::DropNewest)
             .unwrap();
@@ -506,33 +504,28 @@ fn a_service_whose_maker_was_killed_is_made_anew() {
     assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
 }
 
-/// The same of a description that the killed process had begun.
+/// All but the part that is made last.
+#[test]
+fn a_service_whose_maker_was_killed_is_made_anew() {
+    is_made_anew(|root| fs::remove_file(dynamic(root)).unwrap());
+}
+
+/// A description that was begun only.
 #[test]
 fn a_service_whose_description_was_never_finished_is_made_anew() {
-    let root = World::new();
-    {
-        let survivor = node(root.path(), "survivor");
-        let mut child = spawn("publish", root.path());
-        child.kill().unwrap();
-        child.wait().unwrap();
-        fs::remove_file(dynamic(root.path())).unwrap();
+    is_made_anew(|root| {
+        fs::remove_file(dynamic(root)).unwrap();
         let mut descriptions = Vec::new();
-        files(&root.path().join("services"), &mut descriptions);
+        files(&root.join("services"), &mut descriptions);
         let description = descriptions.pop().unwrap();
         assert!(descriptions.is_empty(), "{descriptions:?}");
         fs::remove_file(&description).unwrap();
         let begun = fs::File::create(&description).unwrap();
-        begun
-            .set_permissions(fs::Permissions::from_mode(0o600))
-            .unwrap();
+        let unfinished = fs::Permissions::from_mode(0o600);
+        begun.set_permissions(unfinished).unwrap();
         let long_ago = SystemTime::now() - Duration::from_mins(1);
         begun.set_modified(long_ago).unwrap();
-        let mut publisher = survivor
-            .state_publisher(TOPIC, 2, Delivery::DropNewest)
-            .unwrap();
-        assert_eq!(send(&mut publisher, 0).receivers, 0);
-    }
-    assert_eq!(root.remains(), [""; 0].map(PathBuf::from));
+    });
 }
 
 /// On a busy host another process may need seconds until it has made the last part of a service.

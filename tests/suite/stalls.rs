@@ -9,13 +9,14 @@ use lgvi_common::FlightReport;
 use lgvi_middleware::ros::{Qos, ServiceClient, Subscription};
 use lgvi_middleware::shm::{ShmNode, StateSubscriber};
 use lgvi_msgs::action::{PlanManeuver, PlanManeuverGoal};
-use lgvi_msgs::msg::Invariants;
+use lgvi_msgs::msg::{ControlSequence, Invariants};
 use lgvi_msgs::nav_msgs::Odometry;
 use lgvi_msgs::srv::{Step, StepRequest};
 use lgvi_msgs::tf2_msgs::TFMessage;
-use lgvi_tests::{Operator, PATIENCE, Process, Signal, World, edited, note};
+use lgvi_tests::{Operator, PATIENCE, Process, Signal, Summary, World, binary, edited, note};
 
 const PROPAGATOR: &str = "lgvi_propagator";
+const SEQUENCES: &str = "/lgvi_planner/control_sequence";
 const PLAN: &str = "/lgvi_planner/plan_maneuver";
 
 /// How far behind the clock on the wall a state may come on a machine that has other things to do. A single wait of 0.1 s
@@ -226,4 +227,39 @@ fn a_planner_that_is_busy_and_a_client_that_never_asks_for_the_result() {
     flight.reports();
     planner.stop().expect(0);
     flight.propagator.stop().expect(0);
+}
+
+/// Plans are due every 90 ms. What publishes them waits 5 s for the stopped recorder; the planner does not.
+#[test]
+fn a_stopped_recorder_costs_no_plan_made_in_flight() {
+    let world = World::new();
+    let scene = edited(
+        &world,
+        "inclination_replan",
+        &[("every = 50, deadline = 0.2", "every = 5, deadline = 0.08")],
+    );
+    let output = format!("output:={}", world.path("plans").display());
+    let topics = format!("topics:=['{SEQUENCES}=lgvi_msgs/msg/ControlSequence']");
+    let mut command = world.command(&binary("lgvi_recorder"));
+    command.args(["--supervised", "--ros-args", "-r", "__node:=plans"]);
+    for parameter in [&*output, &*topics, "states:=['/none']"] {
+        command.args(["-p", parameter]);
+    }
+    let recorder = world.start("plans", command);
+    recorder.await_ready();
+    let observer = world.ros_node("observer");
+    let sequences = observer
+        .subscription::<ControlSequence>(SEQUENCES, &Qos::latched(1000))
+        .unwrap();
+    let flight = world.start_flight(&scene, "flight", &["--no-plot"]);
+    for _ in 0..10 {
+        assert!(sequences.recv_timeout(PATIENCE).unwrap().is_some());
+    }
+    recorder.suspend();
+    let summary: Summary = flight.finish().expect(0).json();
+    recorder.signal(Signal::SIGCONT);
+    let plans = summary.replanned.unwrap().replans.len();
+    note(&format!("{plans} plans"));
+    // Of 98, half are due within 5 s; some may be missed on a machine that has other things to do.
+    assert!(plans > 80, "{plans}");
 }

@@ -1,4 +1,8 @@
 use std::collections::BTreeMap;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use lgvi_middleware::node::{Node, NodeError};
@@ -27,14 +31,36 @@ const LOOK: Duration = Duration::from_millis(50);
 const DISCOVERY: Duration = Duration::from_secs(2);
 
 /// Where the node publishes.
+///
+/// A thread of its own publishes on the network, so that no plan waits for a subscriber that does not keep up.
 pub(crate) struct Outlet {
     shm: ControlPublisher,
+    topics: Arc<Topics>,
+    /// None once the outlet closes.
+    parcels: Option<Sender<Parcel>>,
+    courier: Option<JoinHandle<()>>,
+    /// Control sequences given to the thread.
+    sequences: u64,
+}
+
+/// The topics on the network.
+struct Topics {
     controls: RawPublisher,
     progress: Publisher<PlanProgress>,
     path: Publisher<Path>,
     markers: Publisher<MarkerArray>,
-    /// Messages sent, by topic.
-    sent: BTreeMap<String, u64>,
+    /// Control sequences that could not be published.
+    failed: AtomicU64,
+}
+
+/// What the thread is given, in this order.
+enum Parcel {
+    Controls(Vec<u8>),
+    Progress(PlanProgress),
+    Path(Path),
+    Markers(MarkerArray),
+    /// Asks for the acknowledgments, each up to a time, and for the messages sent, by topic.
+    Settle(Duration, Sender<BTreeMap<String, u64>>),
 }
 
 impl Outlet {
@@ -47,25 +73,35 @@ impl Outlet {
         bodies: usize,
     ) -> Result<Self, NodeError> {
         let topic = ros.resolve("~/control_sequence")?;
-        Ok(Self {
-            shm: shm.control_publisher(&topic)?,
-            controls: ros.raw_publisher(
-                &topic,
-                ControlSequence::TYPE_NAME,
-                &Qos::latched(bodies),
-            )?,
+        let shm = shm.control_publisher(&topic)?;
+        let latched = Qos::latched(bodies);
+        let topics = Arc::new(Topics {
+            controls: ros.raw_publisher(&topic, ControlSequence::TYPE_NAME, &latched)?,
             progress: ros.publisher("~/progress", &Qos::latched(history))?,
             path: ros.publisher("~/planned_path", &Qos::latched(1))?,
             markers: ros.publisher("~/markers", &Qos::latched(1))?,
-            sent: BTreeMap::new(),
+            failed: AtomicU64::new(0),
+        });
+        let (parcels, given) = channel();
+        let theirs = Arc::clone(&topics);
+        let courier = std::thread::Builder::new()
+            .name("outlet".into())
+            .spawn(move || theirs.deliver(&given))
+            .map_err(NodeError::runtime)?;
+        Ok(Self {
+            shm,
+            topics,
+            parcels: Some(parcels),
+            courier: Some(courier),
+            sequences: 0,
         })
     }
 
     /// Publishes an iteration, or how it ended.
-    pub(crate) fn progress(&mut self, message: Result<PlanProgress, StampError>) {
-        match message {
-            Ok(message) => send(&self.progress, &message, &mut self.sent),
-            Err(error) => warn!("{error}"),
+    pub(crate) fn progress(&self, message: Result<PlanProgress, StampError>) {
+        let message = message.map_err(NodeError::runtime);
+        if let Err(error) = message.and_then(|message| self.give(Parcel::Progress(message))) {
+            warn!("{error}");
         }
     }
 
@@ -75,10 +111,9 @@ impl Outlet {
             self.rest(scene, one.body, one, one.first_step)?;
         }
         let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
-        send(&self.path, &path, &mut self.sent);
+        self.give(Parcel::Path(path))?;
         let markers = markers(scene, sequence).map_err(NodeError::runtime)?;
-        send(&self.markers, &markers, &mut self.sent);
-        Ok(())
+        self.give(Parcel::Markers(markers))
     }
 
     /// Publishes what is left of a sequence from a step on, to be flown as it would be anyway.
@@ -96,15 +131,19 @@ impl Outlet {
     /// The same bytes go both ways, to this host's propagator first; the identity of the sample tells that they are one.
     fn controls(&mut self, message: &ControlSequence) -> Result<(), NodeError> {
         let cdr = cdr::encode(message).map_err(NodeError::runtime)?;
-        let sample = self.controls.next_sample();
+        self.sequences += 1;
         let header = ControlHeader {
-            publisher: sample.writer.0,
-            number: sample.sequence.unsigned_abs(),
+            publisher: self.topics.controls.next_sample().writer.0,
+            number: self.sequences - self.topics.failed.load(Ordering::Acquire),
         };
         self.shm.send(header, &cdr)?;
-        let published = self.controls.publish_lossless(cdr, PATIENCE);
-        count(published, self.controls.topic(), &mut self.sent);
-        Ok(())
+        self.give(Parcel::Controls(cdr))
+    }
+
+    fn give(&self, parcel: Parcel) -> Result<(), NodeError> {
+        let parcels = self.parcels.as_ref();
+        let given = parcels.is_some_and(|parcels| parcels.send(parcel).is_ok());
+        given.then_some(()).ok_or_else(ended)
     }
 
     /// Waits for somebody who hears of the progress, unless somebody does, nobody comes, or the node is to end.
@@ -114,23 +153,69 @@ impl Outlet {
         let start = Instant::now();
         while !node.interrupted()
             && start.elapsed() < DISCOVERY
-            && !self.progress.wait_for_subscriptions(1, LOOK)
+            && !self.topics.progress.wait_for_subscriptions(1, LOOK)
         {}
     }
 
-    /// Waits for the acknowledgments, each up to `patience`; the messages sent, by topic.
-    pub(crate) fn settle(&self, patience: Duration) -> BTreeMap<String, u64> {
-        let settled = [
+    /// Waits until everything is published, and for the acknowledgments, each up to `patience`; the messages sent, by topic.
+    pub(crate) fn settle(&self, patience: Duration) -> Result<BTreeMap<String, u64>, NodeError> {
+        let (answer, answered) = channel();
+        self.give(Parcel::Settle(patience, answer))?;
+        answered.recv().map_err(|_| ended())
+    }
+}
+
+impl Drop for Outlet {
+    fn drop(&mut self) {
+        drop(self.parcels.take());
+        if let Some(courier) = self.courier.take()
+            && courier.join().is_err()
+        {
+            warn!("the outlet's thread has panicked");
+        }
+    }
+}
+
+impl Topics {
+    /// Publishes what comes, until nothing can come.
+    fn deliver(&self, parcels: &Receiver<Parcel>) {
+        let mut sent = BTreeMap::new();
+        for parcel in parcels {
+            match parcel {
+                Parcel::Controls(cdr) => {
+                    let published = self.controls.publish_lossless(cdr, PATIENCE);
+                    if published.is_err() {
+                        self.failed.fetch_add(1, Ordering::Release);
+                    }
+                    count(published, self.controls.topic(), &mut sent);
+                }
+                Parcel::Progress(message) => send(&self.progress, &message, &mut sent),
+                Parcel::Path(message) => send(&self.path, &message, &mut sent),
+                Parcel::Markers(message) => send(&self.markers, &message, &mut sent),
+                Parcel::Settle(patience, answer) => {
+                    self.flush(patience);
+                    // Nobody hears it only where the node has failed meanwhile.
+                    let _ = answer.send(sent.clone());
+                }
+            }
+        }
+    }
+
+    fn flush(&self, patience: Duration) {
+        let flushed = [
             self.controls.flush(patience),
             self.progress.flush(patience),
             self.path.flush(patience),
             self.markers.flush(patience),
         ];
-        for error in settled.into_iter().filter_map(Result::err) {
+        for error in flushed.into_iter().filter_map(Result::err) {
             warn!("{error}");
         }
-        self.sent.clone()
     }
+}
+
+fn ended() -> NodeError {
+    NodeError::runtime("the outlet's thread has ended")
 }
 
 fn send<M: RosMessage + Send + Sync + 'static>(

@@ -12,7 +12,7 @@ use lgvi_middleware::ros::{ActionServer, Diagnosed};
 use lgvi_msgs::action::PlanManeuver;
 use lgvi_msgs::msg::PlanProgress;
 use lgvi_scene::{Maneuver, Scene, Scheme};
-use tracing::info;
+use tracing::{info, warn};
 
 use crate::follower::Follower;
 use crate::goals::Goal;
@@ -274,8 +274,10 @@ impl Planner {
 
     /// Tells the supervisor what has been published so far, when those who listen have it.
     fn account(&self, patience: Duration) {
-        let messages = self.outlet.settle(patience);
-        self.report(Event::Published { messages });
+        match self.outlet.settle(patience) {
+            Ok(messages) => self.report(Event::Published { messages }),
+            Err(error) => warn!("{error}"),
+        }
     }
 
     /// The plan of the whole maneuver, without which the node has nothing to do.

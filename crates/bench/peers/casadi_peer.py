@@ -11,12 +11,14 @@ Each line of the input is a request in JSON, each line of the output its answer:
     {"solve": INDEX, "controls": BOOL}
         -> {"seconds": CPU, "wall": WALL, "iterations": I, "success": BOOL, "status": TEXT, "cost": J, "controls": [...]}
 
-PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], weights [force 3x3, moment 3x3], initial and target
-{x, gamma, R, Pi}, constraints [{kind, ...}, ...] as INEQUALITIES reads them, and the guess {states: [{x, gamma, R, Pi}, ...],
-controls: [[6], ...]}, which every solve starts from. A solve ends after `seconds` on the processor where IPOPT is asked.
+PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], initial and target {x, gamma, R, Pi}, constraints
+[{kind, ...}, ...] as INEQUALITIES reads them, and the guess {states: [{x, gamma, R, Pi}, ...], controls: [[6], ...]}, which
+every solve starts from. What is commanded is force and moment, {weights: [force 3x3, moment 3x3]}, or the thrusts of thrusters
+that turn with the body, {columns: [[force, moment per thrust in the body frame], ...], limits, prices, fuel: BOOL}, which
+only "controls" has, without gravity: there the steps are those of the LGVI, (3.22)-(3.26). A solve ends after `seconds` on the processor where IPOPT is asked.
 
-The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu, both ends
-fixed, the inequalities in each step or at its end. What was done to be fair to the peers:
+The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu or, for fuel,
+sum h prices'w, both ends fixed, the inequalities in each step or at its end. What was done to be fair to the peers:
 
 - Attitudes are the Cayley vector of the deviation from the guess's attitude (3 unknowns, not 9), and so is F_k: Cayley
   vectors compose by one quotient, and (4.21) becomes an explicit function Pi(f).
@@ -103,6 +105,56 @@ INEQUALITIES = {
 }
 
 
+class Loads:
+    """Commands that are force (inertial) and moment (body), at the end of a step."""
+
+    before = 0.0
+
+    def __init__(self, commanded, number):
+        self.count, self.name = 6, "loads"
+        self.weight = ca.diagcat(*(number("weight", weight) for weight in commanded["weights"]))
+
+    def load(self, command, _attitude):
+        return command[:3], command[3:]
+
+    def cost(self, h, command):
+        return h / 2 * ca.bilin(self.weight, command, command)
+
+    def bounds(self, _command, _turn):
+        return []
+
+    def guess(self, load, _attitude):
+        return load
+
+
+class Thrusters:
+    """Thrusts of thrusters that turn with the body, from 0 to a limit; half of each at both ends of a step."""
+
+    before = 0.5
+
+    def __init__(self, commanded, number):
+        self.fuel, self.name = commanded["fuel"], f"thrusters, fuel {commanded['fuel']}"
+        self.values, self.limit = np.array(commanded["columns"]).T, np.array(commanded["limits"])
+        self.columns, self.limits = number("columns", self.values), number("limits", self.limit)
+        self.prices = number("prices", commanded["prices"])
+        self.count = len(self.limit)
+
+    def load(self, command, attitude):
+        load = self.columns @ command
+        return attitude @ load[:3], load[3:]
+
+    def cost(self, h, command):
+        return h * ca.dot(self.prices, command) if self.fuel else h / 2 * ca.dot(self.prices, command**2)
+
+    def bounds(self, command, turn):
+        """A step turns by less than a right angle: the equations of a step have other solutions, which cost no thrust."""
+        return [command / self.limits - 1, -command / self.limits, ca.dot(turn, turn) - 1]
+
+    def guess(self, load, attitude):
+        load = np.concatenate([attitude.T @ load[:3], load[3:]])
+        return np.clip(np.linalg.pinv(self.values) @ load, 0.02 * self.limit, 0.98 * self.limit)
+
+
 class Stage:
     """What the choices of unknowns share: one step, symbolically.
 
@@ -122,7 +174,9 @@ class Stage:
 
         self.h, self.mass, self.gm = (number(name, problem[name]) for name in ("h", "mass", "gm"))
         self.inertia = number("inertia", problem["inertia"])
-        self.weight = ca.diagcat(*(number("weight", weight) for weight in problem["weights"]))
+        commanded = problem["commanded"]
+        self.commanded = (Loads if "weights" in commanded else Thrusters)(commanded, number)
+        self.layout.append(self.commanded.name)
         points = problem["points"] if problem["gm"] != 0 else []
         self.points = [(number("point", mass), number("place", place)) for mass, *place in points]
         self.inequalities = []
@@ -159,15 +213,16 @@ class Stage:
         kept = cayley(f).T @ self.momentum(f)
         return ca.vertcat((next_gamma - gamma) / self.h - force, (self.momentum(next_f) - kept) / self.h - moment)
 
-    def define(self, unknowns, following, controls, constraints):
+    def define(self, unknowns, following, controls, constraints, turn):
         """With the unknowns of the stage, the states that follow, and the equalities; inequalities come after them."""
-        least = [0.0] * constraints.numel() + [-np.inf] * len(self.inequalities)
         values = [value(numbers, controls, *self.pose) for value, numbers in self.inequalities]
-        constraints = ca.vertcat(constraints, *values)
+        values = ca.vertcat(*values, *self.commanded.bounds(controls, turn))
+        least = [0.0] * constraints.numel() + [-np.inf] * values.numel()
+        constraints = ca.vertcat(constraints, values)
         self.width, self.rows, self.least = unknowns.numel(), constraints.numel(), np.array(least)
         self.unknowns = ca.vertcat(unknowns, following)
         self.controls = ca.Function("controls", [self.unknowns, self.parameters], [controls])
-        self.cost, self.constraints = self.h / 2 * ca.bilin(self.weight, controls, controls), constraints
+        self.cost, self.constraints = self.commanded.cost(self.h, controls), constraints
 
     def function(self):
         return ca.Function("stage", [self.unknowns, self.parameters], [self.cost, self.constraints])
@@ -191,20 +246,24 @@ class Stage:
 class Controls(Stage):
     def state(self):
         x, gamma, a, pi, f = vectors("x", "gamma", "a", "pi", "f")
-        u, following = ca.SX.sym("u", 6), ca.SX.sym("following", STATES)
-        next_x, next_a, force, moment = self.drift(x, gamma, a, f)
-        next_gamma = gamma + self.h * (force + u[:3])
-        next_pi = cayley(f).T @ pi + self.h * (moment + u[3:])
+        u, following = ca.SX.sym("u", self.commanded.count), ca.SX.sym("following", STATES)
+        before, after = self.commanded.before, 1 - self.commanded.before
+        push, torque = self.commanded.load(u, self.attitude @ cayley(self.between) @ cayley(a))
+        begun_gamma, begun_pi = gamma + before * self.h * push, pi + before * self.h * torque
+        next_x, next_a, force, moment = self.drift(x, begun_gamma, a, f)
+        push, torque = self.commanded.load(u, self.pose[1])
+        next_gamma = begun_gamma + self.h * (force + after * push)
+        next_pi = cayley(f).T @ begun_pi + self.h * (moment + after * torque)
         step = ca.vertcat(next_x, next_gamma, next_a, next_pi)
-        implicit = self.h * (pi - self.momentum(f))
+        implicit = self.h * (begun_pi - self.momentum(f))
         constraints = ca.vertcat(following - step, implicit)
-        self.define(ca.vertcat(x, gamma, a, pi, u, f), following, u, constraints)
+        self.define(ca.vertcat(x, gamma, a, pi, u, f), following, u, constraints, f)
 
     def spin(self, pi):
         return pi
 
-    def commands(self, control, turn, _following):
-        return np.concatenate([control, turn])
+    def commands(self, load, turn, _following, attitude):
+        return np.concatenate([self.commanded.guess(np.array(load), attitude), turn])
 
 
 class Momenta(Stage):
@@ -214,7 +273,7 @@ class Momenta(Stage):
         next_x, next_a, force, moment = self.drift(x, gamma, a, f)
         controls = self.inverse(gamma, f, next_gamma, next_f, force, moment)
         step = ca.vertcat(next_x, next_gamma, next_a, next_f)
-        self.define(ca.vertcat(x, gamma, a, f, next_gamma, next_f), following, controls, following - step)
+        self.define(ca.vertcat(x, gamma, a, f, next_gamma, next_f), following, controls, following - step, f)
 
     def spin(self, pi):
         """f with momentum(f) = pi."""
@@ -224,7 +283,7 @@ class Momenta(Stage):
         root = ca.rootfinder("root", "newton", residual)
         return np.array(root(np.zeros(3), np.concatenate([pi, self.values]))).ravel()
 
-    def commands(self, _control, _turn, following):
+    def commands(self, _load, _turn, following, _attitude):
         return np.concatenate([following[3:6], following[9:]])
 
 
@@ -235,9 +294,9 @@ class States(Momenta):
         next_x, next_a, force, moment = self.drift(x, gamma, a, f)
         controls = self.inverse(gamma, f, following[3:6], following[9:], force, moment)
         constraints = ca.vertcat(following[:3] - next_x, following[6:9] - next_a)
-        self.define(ca.vertcat(x, gamma, a, f), following, controls, constraints)
+        self.define(ca.vertcat(x, gamma, a, f), following, controls, constraints, f)
 
-    def commands(self, _control, _turn, _following):
+    def commands(self, _load, _turn, _following, _attitude):
         return np.empty(0)
 
 
@@ -253,16 +312,16 @@ class Problem:
         self.n = len(states) - 1
         attitudes = [np.array(state["R"]) for state in states]
         coordinates = [self.coordinates(state, r) for state, r in zip(states, attitudes)]
-        self.start = self.coordinates(data["initial"], attitudes[0])
-        self.end = self.coordinates(data["target"], attitudes[-1])
+        start = self.coordinates(data["initial"], attitudes[0])
+        end = self.coordinates(data["target"], attitudes[-1])
         steps = list(zip(attitudes, attitudes[1:]))
         turns = [cayley_vector(r.T @ s) for r, s in steps]
-        commands = map(self.stage.commands, data["guess"]["controls"], turns, coordinates[1:])
+        commands = map(self.stage.commands, data["guess"]["controls"], turns, coordinates[1:], attitudes[1:])
         pairs = [part for pair in zip(coordinates, commands) for part in pair]
         self.guess = np.concatenate([*pairs, coordinates[-1]])
         between = [np.concatenate([cayley_vector(s.T @ r), s.flatten(order="F")]) for r, s in steps]
-        self.parameters = np.concatenate([np.concatenate([own, self.stage.values]) for own in between])
-        self.kinds = len(self.parameters) // self.n
+        self.of_stages = np.array([np.concatenate([own, self.stage.values]) for own in between])
+        self.parameters = np.concatenate([self.of_stages.ravel(), start, end])
         ends = np.zeros(STATES)
         own = [self.stage.least] * self.n
         self.least = np.concatenate([own[0], ends, *own[1:], ends])
@@ -279,10 +338,11 @@ class Problem:
         last = unknowns[-STATES:]
         stages = ca.reshape(unknowns[:-STATES], self.stage.width, self.n)
         following = ca.horzcat(stages[:STATES, 1:], last)
-        return [unknowns, parameters], [ca.vertcat(stages, following), ca.reshape(parameters, self.kinds, self.n)]
+        of_stages = ca.reshape(parameters[: -2 * STATES], -1, self.n)
+        return [unknowns, parameters], [ca.vertcat(stages, following), of_stages]
 
-    def constraints(self, unknowns, values):
-        ends = unknowns[:STATES] - self.start, unknowns[-STATES:] - self.end
+    def constraints(self, unknowns, parameters, values):
+        ends = unknowns[:STATES] - parameters[-2 * STATES : -STATES], unknowns[-STATES:] - parameters[-STATES:]
         return ca.vertcat(values[:, 0], ends[0], ca.vec(values[:, 1:]), ends[1])
 
     def gradient(self, parts):
@@ -316,7 +376,7 @@ class Problem:
         """As CasADi takes it, with nothing but the stages."""
         (unknowns, parameters), stages = self.symbols()
         costs, values = self.stage.function().map(self.n)(*stages)
-        constraints = self.constraints(unknowns, values)
+        constraints = self.constraints(unknowns, parameters, values)
         return {"x": unknowns, "p": parameters, "f": ca.sum2(costs), "g": constraints}
 
     def functions(self, triangular):
@@ -324,7 +384,7 @@ class Problem:
         inputs, stages = self.symbols()
         n, stage = self.n, self.stage
         costs, values = stage.function().map(n)(*stages)
-        cost, constraints = ca.sum2(costs), self.constraints(inputs[0], values)
+        cost, constraints = ca.sum2(costs), self.constraints(*inputs, values)
         gradient = self.gradient(stage.gradient().map(n)(*stages)[1])
 
         rows = stage.rows * np.arange(n) + STATES * (np.arange(n) > 0)
@@ -333,7 +393,7 @@ class Problem:
         values, blocks = stage.jacobian().map(n)(*stages)
         pattern = stage.jacobian().sparsity_out(1)
         jacobian = self.placed(pattern, rows, blocks.nz[:], lambda row, _: row >= 0, ends)
-        first = [self.constraints(inputs[0], values), jacobian]
+        first = [self.constraints(*inputs, values), jacobian]
 
         dual = [*inputs, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.height)]
         of_stages = [dual[3][: stage.rows], dual[3][stage.rows + STATES : -STATES]]
@@ -422,8 +482,7 @@ class Problem:
     def controls(self, unknowns):
         stages = unknowns[:-STATES].reshape(self.n, -1)
         following = np.vstack([stages[1:, :STATES], unknowns[-STATES:]])
-        parameters = self.parameters.reshape(self.n, self.kinds)
-        controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, parameters.T)
+        controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, self.of_stages.T)
         return np.array(controls).T.tolist()
 
 

@@ -126,6 +126,18 @@ enum Command {
         #[arg(long, default_value_t = 100)]
         steps: usize,
     },
+    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers by thrusters, at least energy and at minimum fuel.
+    Thrusted {
+        /// How many of each cost, from the first on.
+        #[arg(long, default_value_t = 30)]
+        count: u64,
+        /// Of the generator.
+        #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
+        seed: u64,
+        /// Steps of a maneuver.
+        #[arg(long, default_value_t = 100)]
+        steps: usize,
+    },
     /// Trials that drive the dynamics to its limits, some minutes of them; fails where one does.
     Stress {
         /// A family of trials, such as `rounding`; all of them without one.
@@ -229,6 +241,9 @@ fn dispatch(
         Command::Maneuvers { count, seed } => maneuvers::run(count, &[seed], output),
         Command::Varied { count, seed, steps } => {
             planner::varied(count, seed, steps, python, output)
+        }
+        Command::Thrusted { count, seed, steps } => {
+            planner::thrusted(count, seed, steps, python, output)
         }
         Command::Bodies { quick } => bodies::run(quick, python, repeats, output),
         Command::Polyhedra => polyhedra::run(repeats, output),

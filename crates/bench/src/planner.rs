@@ -1,5 +1,6 @@
 //! The planner beside CasADi's solvers on the same discrete problem; its time against the number of steps; re-planning.
 
+mod beside;
 mod case;
 mod guess;
 mod ours;
@@ -8,6 +9,7 @@ mod peers;
 mod replan;
 mod sample;
 mod scaling;
+mod thrusted;
 mod varied;
 
 use std::path::Path;
@@ -18,6 +20,7 @@ use serde::Serialize;
 use crate::error::{BenchError, write_json};
 use crate::peer::Python;
 use case::Case;
+pub(crate) use thrusted::run as thrusted;
 pub(crate) use varied::run as varied;
 
 /// The scenes with the two maneuvers of §4.7.

@@ -5,8 +5,9 @@ use std::time::Duration;
 use lgvi_control::Constraint;
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
 use lgvi_dynamics::gravity::Central;
+use lgvi_dynamics::thrusters::{Thruster, Thrusters};
 use lgvi_dynamics::{BodyState, Load, RigidBody};
-use nalgebra::Matrix3;
+use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
 use serde_json::{Value, json};
 
@@ -54,6 +55,12 @@ pub(crate) const VARIED: [Solver; 3] = [
     Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
 ];
 
+/// What maneuvers by thrusters are solved by. Their commands follow from no states alone, so that those are the unknowns.
+pub(crate) const THRUSTED: [Solver; 2] = [
+    Solver::new("IPOPT", "ipopt", "controls", true, None).within(PATIENCE),
+    Solver::new("fatrop", "fatrop", "controls", true, None),
+];
+
 /// CPU time (s) after which a random maneuver counts as not solved.
 const PATIENCE: f64 = 10.0;
 
@@ -66,7 +73,8 @@ pub(crate) struct Found {
     pub success: bool,
     pub status: String,
     pub cost: f64,
-    controls: Vec<[f64; 6]>,
+    /// Commands of each step.
+    pub controls: Vec<Vec<f64>>,
 }
 
 impl Solver {
@@ -96,10 +104,11 @@ impl Solver {
 }
 
 impl Found {
+    /// Commands that are force and moment.
     pub(crate) fn controls(&self) -> Vec<Load> {
-        let load = |u: &[f64; 6]| Load {
-            force: [u[0], u[1], u[2]].into(),
-            moment: [u[3], u[4], u[5]].into(),
+        let load = |u: &Vec<f64>| Load {
+            force: Vector3::from_fn(|i, _| u[i]),
+            moment: Vector3::from_fn(|i, _| u[3 + i]),
         };
         self.controls.iter().map(load).collect()
     }
@@ -150,14 +159,21 @@ impl Casadi {
     }
 }
 
+/// What is commanded, and what it costs.
+pub(crate) enum Commanded<'p> {
+    /// Force and moment.
+    Loads { weights: [Matrix3<f64>; 2] },
+    /// One-sided thrusters of the body, with a weight each, or a price where the cost is that of fuel.
+    Thrusters { prices: &'p [f64], fuel: bool },
+}
+
 /// A problem to be stated to the peers.
 pub(crate) struct Stated<'p> {
     pub body: &'p RigidBody,
     pub gm: f64,
     pub h: f64,
     pub intervals: usize,
-    /// Of forces and moments.
-    pub weights: [Matrix3<f64>; 2],
+    pub commanded: Commanded<'p>,
     pub initial: &'p BodyState,
     pub target: &'p BodyState,
     pub constraints: &'p [Constraint],
@@ -194,7 +210,7 @@ impl Stated<'_> {
             "gm": gm,
             "inertia": rows(body.inertia().matrix()),
             "points": points,
-            "weights": self.weights.map(|weight| rows(&weight)),
+            "commanded": self.commanded.to_json(body),
             "initial": state(self.initial),
             "target": state(self.target),
             "constraints": self.constraints.iter().filter_map(inequality).collect::<Vec<_>>(),
@@ -203,6 +219,28 @@ impl Stated<'_> {
                 "controls": guess.controls.iter().map(control).collect::<Vec<_>>(),
             },
         })
+    }
+}
+
+impl Commanded<'_> {
+    fn to_json(&self, body: &RigidBody) -> Value {
+        match self {
+            Self::Loads { weights } => json!({"weights": weights.map(|weight| rows(&weight))}),
+            Self::Thrusters { prices, fuel } => {
+                let thrusters = body.thrusters().map_or(&[][..], Thrusters::thrusters);
+                let column = |thruster: &Thruster| {
+                    let force = thruster.direction;
+                    let moment = thruster.position.cross(&force);
+                    [force.x, force.y, force.z, moment.x, moment.y, moment.z]
+                };
+                json!({
+                    "columns": thrusters.iter().map(column).collect::<Vec<_>>(),
+                    "limits": thrusters.iter().map(|thruster| thruster.thrust).collect::<Vec<_>>(),
+                    "prices": prices,
+                    "fuel": fuel,
+                })
+            }
+        }
     }
 }
 

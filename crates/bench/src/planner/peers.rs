@@ -5,7 +5,7 @@ use serde::Serialize;
 use super::Options;
 use super::case::Case;
 use super::ours::{self, Iterations};
-use super::peer::{Casadi, SOLVERS, Stated};
+use super::peer::{Casadi, Commanded, SOLVERS, Stated};
 use super::sample::Sample;
 use crate::error::BenchError;
 use crate::peer::{CASADI, Python};
@@ -152,7 +152,9 @@ fn build(casadi: &mut Casadi, case: &Case) -> Result<Vec<f64>, BenchError> {
         gm: case.attractor()?.gm,
         h: case.scene.h(),
         intervals: case.scene.steps as usize,
-        weights: [0, 3].map(|first| weight.fixed_view::<3, 3>(first, first).into_owned()),
+        commanded: Commanded::Loads {
+            weights: [0, 3].map(|first| weight.fixed_view::<3, 3>(first, first).into_owned()),
+        },
         initial: &named.state,
         target: &target,
         constraints: &[],

@@ -34,15 +34,18 @@
 
 mod orbit;
 mod rest;
+mod thrusted;
 mod varied;
 
 use lgvi_control::{Actuation, ActuationError, ParameterError, Transfer, TransferError};
 use lgvi_dynamics::gravity::{Field, Sources};
+use lgvi_dynamics::thrusters::ThrusterError;
 use lgvi_dynamics::{BodyError, BodyState, InertiaError, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::random::Random;
+pub use thrusted::{Thrusted, thrusted};
 pub use varied::{Family, Varied, varied};
 
 /// The seed of the published success rates.
@@ -92,6 +95,9 @@ pub enum ManeuverError {
     /// The body is invalid.
     #[error(transparent)]
     Body(#[from] BodyError),
+    /// The thrusters are invalid.
+    #[error(transparent)]
+    Thrusters(#[from] ThrusterError),
     /// The weights are invalid.
     #[error(transparent)]
     Actuation(#[from] ActuationError),

@@ -188,7 +188,7 @@ fn orbits(random: &mut Random, family: Family, intervals: usize) -> Result<Varie
 }
 
 /// Draws a body with three unequal axes, on which gravity acts at the center of mass.
-fn brick(random: &mut Random) -> Result<RigidBody, ManeuverError> {
+pub(super) fn brick(random: &mut Random) -> Result<RigidBody, ManeuverError> {
     let mass = random.log_uniform(0.3, 3.0);
     let axes = Vector3::from_fn(|_, _| random.log_uniform(0.05, 0.3));
     let spread = axes.component_mul(&axes) / 3.0;

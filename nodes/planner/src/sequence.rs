@@ -382,7 +382,7 @@ mod tests {
         let fast = Scene::parse("test", &fast).unwrap();
         let error = crate::plan(&fast, &mut |_| true).unwrap_err();
         assert_eq!(error.reason, crate::Reason::Infeasible);
-        let expected = "expected at most 220.0 rad/s";
+        let expected = "expected at most 220.000 rad/s";
         assert!(
             error.message.contains("takes wheel_1 to") && error.message.contains(expected),
             "{error}"

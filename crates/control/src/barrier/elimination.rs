@@ -8,8 +8,10 @@ use super::set::{Barrier, StateRow, in_interval};
 use crate::newton::{Inequalities, Satisfied};
 use crate::riccati::StageModel;
 
-/// The largest part of the distance to 0 or ρ that a multiplier covers in one step.
+/// The largest part of the distance to 0 or ρ that a multiplier covers in one step, and of its slack that an inequality does.
 const BOUNDARY: f64 = 0.995;
+/// Length of a step below which satisfied inequalities do not limit it: it would lead nowhere.
+const CRAMPED: f64 = 0.07;
 
 impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     fn add_state(
@@ -188,12 +190,18 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     ) {
         if interval == 0 {
             self.reach = 1.0;
+            self.room = 1.0;
+            self.violates = false;
             self.slope = 0.0;
         }
         let penalty = &self.schedule.penalty;
         let mut take = |row: &mut Row, price: Option<f64>, along: f64| {
             row.direct(along);
             self.reach = self.reach.min(row.reach(&penalty.of(price), BOUNDARY));
+            if price.is_none() {
+                self.room = self.room.min(row.room(penalty, along, BOUNDARY));
+                self.violates |= row.value > 0.0;
+            }
             self.slope += row.primal * along;
         };
         let count = self.commands.len();
@@ -229,6 +237,14 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
 
     fn reach(&self) -> f64 {
         self.reach
+    }
+
+    fn room(&self) -> f64 {
+        if self.within && !self.violates && self.room >= CRAMPED {
+            self.room
+        } else {
+            1.0
+        }
     }
 
     fn merit(

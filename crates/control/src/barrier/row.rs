@@ -56,6 +56,16 @@ impl Row {
         self.change = self.primal - self.multiplier + self.weight * slope;
     }
 
+    /// The longest step, at most 1, along which `g` with this slope covers at most the part `boundary` of its slack. A violation
+    /// does not limit the step.
+    pub(super) fn room(&self, penalty: &Penalty, slope: f64, boundary: f64) -> f64 {
+        if self.value < 0.0 && slope > 0.0 {
+            (boundary * penalty.beta / (self.primal * slope)).min(1.0)
+        } else {
+            1.0
+        }
+    }
+
     /// The longest step of the multiplier, at most 1, that covers at most the part `boundary` of the distance to 0 or
     /// ρ.
     pub(super) fn reach(&self, penalty: &Penalty, boundary: f64) -> f64 {

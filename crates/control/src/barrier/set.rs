@@ -42,6 +42,12 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) gives_way: bool,
     /// The longest step of the multipliers along the direction.
     pub(super) reach: f64,
+    /// True if no step of an iterate that satisfies the inequalities covers more than a part of their slacks.
+    pub(super) within: bool,
+    /// The longest such step along the direction.
+    pub(super) room: f64,
+    /// True if the iterate violates an inequality.
+    pub(super) violates: bool,
     /// The slope of the penalties along the direction.
     pub(super) slope: f64,
 }
@@ -198,8 +204,16 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             positions: PositionCosts::new(&set.position_costs, offsets[0]),
             gives_way: false,
             reach: 1.0,
+            within: true,
+            room: 1.0,
+            violates: false,
             slope: 0.0,
         }
+    }
+
+    /// Sets whether steps of an iterate that satisfies the inequalities leave a part of their slacks.
+    pub(crate) fn keep_within(&mut self, within: bool) {
+        self.within = within;
     }
 
     /// The inequalities on the commands of an interval.

@@ -88,6 +88,11 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     /// The longest step, at most 1, that keeps all multipliers of all intervals positive.
     fn reach(&self) -> f64;
 
+    /// The longest step to try, at most 1.
+    fn room(&self) -> f64 {
+        1.0
+    }
+
     /// The penalty of the interval, with the states at its ends, in the merit of a trial.
     fn merit(&self, interval: usize, ends: [&BodyState; 2], command: &SVector<f64, U>) -> f64;
 

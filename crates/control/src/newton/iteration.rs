@@ -62,6 +62,8 @@ pub(crate) struct Standing {
     pub(crate) trials: u32,
     /// Length of the last step.
     pub(crate) length: f64,
+    /// True if the last step is shorter than the longest that was tried.
+    pub(crate) cut: bool,
     /// Share of the second derivatives in the last model.
     pub(crate) curvature: f64,
     /// Largest norm of defects and terminal conditions.
@@ -80,6 +82,7 @@ impl Default for Standing {
             iteration: 0,
             trials: 0,
             length: 1.0,
+            cut: false,
             curvature: 0.0,
             violation: f64::INFINITY,
             stationarity: f64::INFINITY,
@@ -286,7 +289,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 }
                 settings.curvature = 1.0;
                 settings.gains = Some(f64::INFINITY);
-                if standing.length < 1.0 {
+                if standing.cut {
                     settings.damping = (settings.damping * RAISE).max(DAMPINGS[0]);
                 } else {
                     settings.damping /= LOWER;

@@ -48,15 +48,17 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
         let predicted = slope - now.violation;
         let reach = inequalities.reach();
-        let mut length = 1.0;
+        let room = inequalities.room();
+        let mut length = room;
         // Differences of merits below this are rounding.
         let rounding = 1e-10 * (now.objective.abs() + now.violation);
-        while length >= SHORTEST {
+        while length >= SHORTEST * room {
             let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
             if self.step(problem, inequalities, length, wanted, standing) {
                 std::mem::swap(&mut self.iterate, &mut self.spare);
                 inequalities.advance(reach);
                 standing.length = length;
+                standing.cut = length < room;
                 return true;
             }
             length *= 0.5;

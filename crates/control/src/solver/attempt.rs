@@ -28,6 +28,8 @@ pub(super) struct Solver<'s, C> {
     pub(super) inherited: Option<Inherited>,
     /// The plan for a force that does not turn with the body, once it is known.
     pub(super) inertial: Option<Plan>,
+    /// True until steps within the inequalities have failed.
+    pub(super) within: bool,
 }
 
 /// Kinds of initial guesses.
@@ -92,6 +94,7 @@ impl<'s, C> Solver<'s, C> {
             smoothness: LAST_SMOOTHNESS,
             inherited: None,
             inertial: None,
+            within: true,
         }
     }
 

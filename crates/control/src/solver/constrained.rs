@@ -207,7 +207,15 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
-        let mut best = self.imposed(newton, known, set)?;
+        let start = newton.iterate.clone();
+        let mut best = match self.imposed(newton, known, set) {
+            Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if self.within => {
+                self.within = false;
+                let newton = Newton::new(self.transfer.intervals, start);
+                self.imposed(newton, known, set)?
+            }
+            done => done?,
+        };
         for _ in 0..DESCENTS {
             if best.plan.certificate.sufficient {
                 break;
@@ -259,6 +267,7 @@ impl<C> Solver<'_, C> {
         let problem = self.problem(self.transfer, &steps);
         newton.model.gains.clear();
         let mut barrier = self.barrier(&problem, &newton.iterate, set);
+        barrier.keep_within(self.within);
         let Iterate {
             states, commands, ..
         } = &newton.iterate;
@@ -280,8 +289,10 @@ impl<C> Solver<'_, C> {
             Some(forces) => barrier.resume(&states[1..], commands, forces),
             None => barrier.start(&states[1..], commands),
         }
+        // Steps within the inequalities converge soon or not at all.
+        let patience = if self.within { 1 } else { PATIENCE };
         let tolerances = Tolerances {
-            iterations: PATIENCE * self.tolerances.iterations,
+            iterations: patience * self.tolerances.iterations,
             near: 0.0,
             ..self.tolerances
         };

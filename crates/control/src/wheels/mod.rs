@@ -46,7 +46,10 @@ pub(crate) fn solve(
     let mut orbit = fly(transfer, &vec![Command::zeros(); transfer.intervals])?.positions();
     let mut last = f64::INFINITY;
     let speeds = Speeds::of(transfer);
-    let mut imposed: Option<&Speeds> = None;
+    // A plan near the limits is one under them.
+    let near =
+        |speeds: &&Speeds| matches!(start, Start::Warm(plan) if speeds.are_reached(transfer, plan));
+    let mut imposed: Option<&Speeds> = speeds.as_ref().filter(near);
     loop {
         let mut stated = stated(transfer, orbit);
         if let Some(speeds) = imposed {

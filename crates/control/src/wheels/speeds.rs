@@ -19,6 +19,9 @@ const RANK: f64 = 1e-9;
 /// The part of its limit that a speed stays below it, twice what plans violate inequalities by.
 const MARGIN: f64 = 2e-9;
 
+/// The part of its limit from which on a speed counts as having reached it.
+const REACHED: f64 = 0.99;
+
 /// Most iterations for singular values, which converge in a few.
 const PATIENCE: usize = 1000;
 
@@ -103,6 +106,26 @@ impl Speeds {
             }
         }
         plan
+    }
+
+    /// Whether a plan takes a wheel to its limit, or nearly.
+    pub(super) fn are_reached(&self, transfer: &Transfer, plan: &Plan) -> bool {
+        let body = &transfer.body;
+        let Some(wheels) = body.wheels() else {
+            return false;
+        };
+        let momenta = flight::momenta(transfer, &plan.commands);
+        let steps = momenta.iter().zip(&plan.states).zip(&plan.commands);
+        steps.into_iter().any(|((momenta, state), command)| {
+            let rate = state.angular_velocity(body);
+            self.limits.iter().any(|&Limited { wheel, limit }| {
+                let ReactionWheel { axis, inertia, .. } = &wheels.wheels()[wheel];
+                let per_time = inertia.recip() + axis.dot(&(body.inertia().inverse() * axis));
+                let speed = momenta[wheel] / inertia - axis.dot(&rate);
+                let reached = speed + transfer.h * per_time * command[wheel];
+                reached.abs() > REACHED * limit
+            })
+        })
     }
 
     /// The error, with the wheel where it names its limit.

@@ -1,7 +1,7 @@
 //! Plans whose commands are the torques of reaction wheels.
 
 use fastrand::Rng;
-use lgvi_control::constraint::{AngularRate, CommandLimit};
+use lgvi_control::constraint::{AngularRate, CommandLimit, LineOfSight};
 use lgvi_control::{
     Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Place,
     Plan, PlanError, SearchSettings, Start, Terminal, TimeRange, Transfer, TransferError, miss,
@@ -523,6 +523,75 @@ fn fastest(body: &RigidBody, transfer: &Transfer, plan: &Plan) -> f64 {
         }
     }
     most
+}
+
+/// Four wheels on the edges of a pyramid, with momenta at the start.
+fn pyramid(max_speed: f64) -> RigidBody {
+    let wheel = |x: f64, y: f64| ReactionWheel {
+        max_speed,
+        ..ReactionWheel::new(Vector3::new(x, y, 1.0), 0.02)
+    };
+    let wheels = [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)].map(|(x, y)| wheel(x, y));
+    let body = body(INERTIA, Vec::new(), &wheels);
+    with_momenta(body, &[0.4, -0.3, 0.2, 0.1])
+}
+
+/// Each minimum is solved again from itself, and a warm start has its speeds.
+#[test]
+fn minima_under_limits_of_speed_are_found_by_a_search() {
+    let body = pyramid(80.0);
+    let target = still(exp(&Vector3::new(2.0, 0.5, -1.7)));
+    let transfer = transfer(body.clone(), 60, still(Matrix3::identity()), target);
+    let plan = planned(&transfer).expect("a plan");
+    let settings = SearchSettings {
+        starts: 12,
+        seed: 1,
+        newton: NewtonSettings::default(),
+    };
+    let minima = search(&transfer, &settings, |_| true).expect("minima");
+    assert!(minima[0].plan.cost <= plan.cost * (1.0 + 1e-6));
+    assert!(minima.len() > 1, "turns the other way round");
+    for minimum in &minima {
+        assert!(fastest(&body, &transfer, &minimum.plan) < 1.0);
+        assert_flown(&body, &transfer, &minimum.plan);
+    }
+    let mut iterations = 0;
+    let again = solve(
+        &transfer,
+        Start::Warm(&plan),
+        &NewtonSettings::default(),
+        |_| {
+            iterations += 1;
+            true
+        },
+    );
+    let again = again.expect("a plan");
+    assert!((again.cost / plan.cost - 1.0).abs() < 1e-7);
+    assert!(iterations < 20, "{iterations}");
+}
+
+/// A sight that the slew without it keeps changes nothing, though the momenta of the wheels take the place of the position.
+#[test]
+fn a_sight_beside_limits_of_speed_is_seen_from_where_the_body_is() {
+    let target = still(exp(&Vector3::new(1.0, 0.8, -0.9)));
+    let limited = transfer(pyramid(50.0), 60, still(Matrix3::identity()), target);
+    let plan = planned(&limited).expect("a plan");
+    let point = Vector3::new(1.5, 1.0, 0.3);
+    let angles = plan.states.iter().map(|state| {
+        let towards = (point - state.position).normalize();
+        libm::acos(towards.dot(&(state.attitude * Vector3::y())))
+    });
+    let largest = angles.fold(0.0, f64::max);
+    let sight = |half_angle: f64| {
+        let sight = LineOfSight::new(Vector3::y(), point, half_angle).expect("a sight");
+        let seen = limited
+            .clone()
+            .with_constraints(&[Constraint::state(sight)]);
+        planned(&seen).expect("a plan")
+    };
+    assert!((sight(largest + 0.05).cost / plan.cost - 1.0).abs() < 1e-6);
+    let kept = sight(largest - 0.05);
+    assert!(kept.cost > plan.cost && kept.certificate.inequality < 1e-8);
 }
 
 /// Wheels of any number and place, with momenta at the start, that a plan without limits takes too fast.

@@ -122,7 +122,7 @@ impl Violated {
                 let names = &scene.bodies[maneuver.body].wheels;
                 let name = names.get(wheel).map_or("a wheel", String::as_str);
                 return format!(
-                    "in step {step} the plan takes {name} to {speed:.1} rad/s, expected at most {limit:.1} rad/s; \
+                    "in step {step} the plan takes {name} to {speed:.3} rad/s, expected at most {limit:.3} rad/s; \
                      a longer run or another `wheel_weight` may need less"
                 );
             }

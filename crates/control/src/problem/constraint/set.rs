@@ -401,7 +401,12 @@ impl StateInequality {
 
     /// `g` at a time after the start of the transfer, without slack and margins.
     pub(crate) fn value_at(&self, time: f64, state: &BodyState) -> f64 {
-        let state = self.units.state(state);
+        let mut seen = self.units.state(state);
+        if self.orbit.is_some() {
+            // Along an orbit, motions within steps have positions, whatever takes their place in states.
+            seen.position = self.units.length() * state.position;
+        }
+        let state = seen;
         match self.constraint.at(self.start + time * self.units.time()) {
             Some(moved) => moved.value(&state),
             None => self.constraint.value(&state),

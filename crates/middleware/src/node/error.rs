@@ -61,5 +61,13 @@ from!(
     RosError => runtime,
     PublishError => runtime,
     TakeError => runtime,
-    ShmError => runtime,
 );
+
+impl From<ShmError> for NodeError {
+    fn from(error: ShmError) -> Self {
+        match error {
+            ShmError::Interrupted { .. } => Self::Interrupted,
+            error => Self::runtime(error),
+        }
+    }
+}

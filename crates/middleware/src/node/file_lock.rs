@@ -46,7 +46,8 @@ impl FileLock {
         Self::take_in(&directory, &format!("lgvi_{name}_{domain}.lock"), holder)
     }
 
-    fn take_in(directory: &Path, name: &str, holder: &str) -> Result<Self, LockError> {
+    /// Takes the lock of that name in a directory.
+    pub(crate) fn take_in(directory: &Path, name: &str, holder: &str) -> Result<Self, LockError> {
         let path = directory.join(name);
         let fail = |source| LockError::Io {
             path: path.clone(),

@@ -134,11 +134,12 @@ impl<M: Managed> Life<'_, M> {
     fn live(&mut self) -> Result<(), NodeError> {
         let managed = !self.node.autostart;
         if !managed {
-            match self.change(Change::Configure) {
-                Err(NodeError::Interrupted) => return Ok(()),
-                configured => configured?,
+            for change in [Change::Configure, Change::Activate] {
+                match self.change(change) {
+                    Err(NodeError::Interrupted) => return Ok(()),
+                    changed => changed?,
+                }
             }
-            self.change(Change::Activate)?;
         }
         while !self.node.shutdown.requested() {
             if self.node.lifecycle.state() == State::Active

@@ -26,7 +26,7 @@
 //! # Assumptions and limitations
 //! - A subscriber connects to a new publisher when it receives: poll at least every 10 ms.
 //! - What a killed process leaves is removed when the next node starts, or by [`ShmNode::clean`]; the description of a service
-//!   that it was writing then, 20 s later.
+//!   that it was writing then, by a node that has seen it for 20 s.
 
 mod channel;
 mod delivery;
@@ -38,7 +38,7 @@ mod room;
 mod root;
 mod subscriber;
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use iceoryx2::service::ipc_threadsafe;
 
@@ -113,6 +113,26 @@ pub enum ShmError {
         act: &'static str,
         /// What iceoryx2 says.
         reason: String,
+    },
+    /// Another process has begun to create the service and has not come to an end.
+    #[error(
+        "{service}: cannot open shared memory: another process has not finished creating it within {waited:.1?}: {reason}"
+    )]
+    Unfinished {
+        /// The service.
+        service: String,
+        /// How long it was waited for.
+        waited: Duration,
+        /// What iceoryx2 says.
+        reason: String,
+    },
+    /// The process was told to end while another one was creating the service.
+    #[error("{service}: stopped after waiting for {waited:.1?} for another process to create it")]
+    Interrupted {
+        /// The service.
+        service: String,
+        /// How long it was waited for.
+        waited: Duration,
     },
     /// There is already a publisher where only one may be.
     #[error("another instance is running: {service} already has {limit} publisher(s)")]

@@ -2,8 +2,7 @@
 
 use std::{
     fmt,
-    path::PathBuf,
-    sync::Arc,
+    sync::{Arc, Mutex},
     time::{Duration, Instant},
 };
 
@@ -12,17 +11,26 @@ use iceoryx2::{
     prelude::{NodeName, SignalHandlingMode},
     service::{
         builder::publish_subscribe::{
-            PublishSubscribeOpenError, PublishSubscribeOpenOrCreateError as OpenOrCreateError,
+            PublishSubscribeCreateError as CreateError, PublishSubscribeOpenError as OpenError,
+            PublishSubscribeOpenOrCreateError as Error,
         },
         port_factory::publish_subscribe::PortFactory,
     },
 };
 
-use super::{Service, ShmError, ShmOptions, channel::Channel, orphans, room, root};
-use crate::Shutdown;
+use tracing::warn;
+
+use super::{Service, ShmError, ShmOptions, channel::Channel, orphans::Orphans, room, root};
+use crate::{Shutdown, sync::lock};
 
 /// How long another process may take to create a service, on a host whose processors and disk are busy.
 const CREATION: Duration = Duration::from_secs(60);
+
+/// After how long what dead nodes have left is looked for: one may have left a part of the service.
+const CLEANING: Duration = Duration::from_secs(20);
+
+/// From one try to the next, where iceoryx2 does not wait itself.
+const PAUSE: Duration = Duration::from_millis(10);
 
 /// An open service.
 pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as Channel>::Header>;
@@ -32,7 +40,7 @@ pub(super) type Open<C> = PortFactory<Service, [<C as Channel>::Element], <C as 
 #[derive(Clone)]
 pub struct ShmNode {
     node: Arc<Node<Service>>,
-    root: PathBuf,
+    orphans: Arc<Mutex<Orphans>>,
     domain_id: u16,
     shutdown: Shutdown,
 }
@@ -59,7 +67,7 @@ impl ShmNode {
             })?;
         let node = Self {
             node: Arc::new(node),
-            root: options.root_path(),
+            orphans: Arc::default(),
             domain_id: options.domain_id,
             shutdown: Shutdown::new(),
         };
@@ -80,7 +88,11 @@ impl ShmNode {
     /// Removes what processes that were killed have left, their ports included. Takes milliseconds.
     pub fn clean(&self) {
         self.node.try_cleanup_dead_nodes();
-        orphans::remove(&self.root);
+        self.remove_orphans();
+    }
+
+    fn remove_orphans(&self) {
+        lock(&self.orphans).remove(self.node.config());
     }
 
     /// Opens the service of a topic, or creates it; returns its name too.
@@ -92,7 +104,7 @@ impl ShmNode {
             .as_str()
             .try_into()
             .map_err(|error| fail(format!("{error:?}")))?;
-        let begun = Instant::now();
+        let mut wait = Wait::new(self, &name);
         loop {
             let opened = self
                 .node
@@ -107,14 +119,80 @@ impl ShmNode {
                 .open_or_create();
             match opened {
                 Ok(service) => return Ok((name, service)),
-                // Another process creates it, for which iceoryx2 waits 0.5 s. If it was killed while it did, what it has left is
-                // in the way.
-                Err(OpenOrCreateError::PublishSubscribeOpenError(
-                    PublishSubscribeOpenError::HangsInCreation,
-                )) if begun.elapsed() < CREATION && !self.shutdown.requested() => self.clean(),
+                Err(error) if is_in_the_making(error) => wait.again(error)?,
                 Err(error) => return Err(fail(format!("{error:?}"))),
             }
         }
+    }
+}
+
+/// Whether another process creates or removes the service at the same time, for which iceoryx2 waits as long as its `creation_timeout`.
+fn is_in_the_making(error: Error) -> bool {
+    match error {
+        Error::SystemInFlux => true,
+        Error::PublishSubscribeOpenError(error) => matches!(
+            error,
+            OpenError::HangsInCreation
+                | OpenError::DoesNotExist
+                | OpenError::IsMarkedForDestruction
+        ),
+        Error::PublishSubscribeCreateError(error) => matches!(
+            error,
+            CreateError::HangsInCreation
+                | CreateError::AlreadyExists
+                | CreateError::IsBeingCreatedByAnotherInstance
+        ),
+    }
+}
+
+/// The wait for a service that another process creates.
+struct Wait<'n> {
+    node: &'n ShmNode,
+    service: &'n str,
+    begun: Instant,
+    announced: bool,
+    cleaned: bool,
+}
+
+impl<'n> Wait<'n> {
+    fn new(node: &'n ShmNode, service: &'n str) -> Self {
+        Self {
+            node,
+            service,
+            begun: Instant::now(),
+            announced: false,
+            cleaned: false,
+        }
+    }
+
+    /// Decides whether to try again. A process that was killed while it created the service has left something that is in the
+    /// way, which is removed.
+    fn again(&mut self, error: Error) -> Result<(), ShmError> {
+        let waited = self.begun.elapsed();
+        let service = self.service;
+        if self.node.shutdown.requested() {
+            let service = service.into();
+            return Err(ShmError::Interrupted { service, waited });
+        }
+        if waited >= CREATION {
+            return Err(ShmError::Unfinished {
+                service: service.into(),
+                waited,
+                reason: format!("{error:?}"),
+            });
+        }
+        if !self.announced {
+            self.announced = true;
+            warn!(service, reason = ?error, "waiting for another process that is creating a service of shared memory");
+        }
+        if waited >= CLEANING && !self.cleaned {
+            self.cleaned = true;
+            self.node.clean();
+        } else {
+            self.node.remove_orphans();
+        }
+        std::thread::sleep(PAUSE);
+        Ok(())
     }
 }
 

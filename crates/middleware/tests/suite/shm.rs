@@ -7,12 +7,16 @@ use std::{
     process::{Child, Command, Stdio},
     sync::atomic::{AtomicU64, Ordering},
     thread,
-    time::{Duration, Instant, SystemTime},
+    time::{Duration, Instant},
 };
 
-use lgvi_middleware::shm::{
-    ControlPublisher, Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher,
-    StateSubscriber,
+use lgvi_middleware::{
+    Shutdown,
+    node::NodeError,
+    shm::{
+        ControlPublisher, Delivered, Delivery, ShmError, ShmNode, ShmOptions, StatePublisher,
+        StateSubscriber,
+    },
 };
 use lgvi_msgs::shm::{BodySample, ControlHeader, Name, StateHeader};
 use nix::unistd::{Uid, geteuid, seteuid};
@@ -523,8 +527,6 @@ fn a_service_whose_description_was_never_finished_is_made_anew() {
         let begun = fs::File::create(&description).unwrap();
         let unfinished = fs::Permissions::from_mode(0o600);
         begun.set_permissions(unfinished).unwrap();
-        let long_ago = SystemTime::now() - Duration::from_mins(1);
-        begun.set_modified(long_ago).unwrap();
     });
 }
 
@@ -547,6 +549,32 @@ fn a_service_that_takes_long_to_make_is_waited_for() {
     child.kill().unwrap();
     child.wait().unwrap();
     drop(subscriber);
+    node.clean();
+}
+
+#[test]
+fn who_waits_for_a_service_can_be_told_to_end() {
+    let root = World::new();
+    let shutdown = Shutdown::new();
+    let node = node(root.path(), "late").leave_on(&shutdown);
+    let mut child = spawn("publish", root.path());
+    let last = dynamic(root.path());
+    let aside = last.with_extension("aside");
+    fs::rename(&last, &aside).unwrap();
+    let requester = thread::spawn(move || {
+        thread::sleep(Duration::from_secs(1));
+        shutdown.request();
+    });
+    let error = node.state_subscriber(TOPIC, BUFFER).unwrap_err();
+    requester.join().unwrap();
+    assert!(
+        matches!(error, ShmError::Interrupted { waited, .. } if waited < PATIENCE),
+        "{error}"
+    );
+    assert_eq!(NodeError::from(error).code(), 0);
+    fs::rename(aside, last).unwrap();
+    child.kill().unwrap();
+    child.wait().unwrap();
     node.clean();
 }
 

@@ -16,7 +16,7 @@ pub(super) struct Keeps {
     pub(super) names: Arc<Names>,
     pub(super) faults: Arc<Faults>,
     pub(super) fence: Arc<Fence>,
-    pub(super) first_samples: FirstSamples,
+    pub(super) first_samples: Arc<FirstSamples>,
 }
 
 impl Keeps {
@@ -28,14 +28,18 @@ impl Keeps {
         if let Event::ParticipantLost { id, .. } = event {
             self.names.retain(|participant| participant.prefix != id);
         }
-        if let Event::RemoteWriterMatched {
-            local_reader,
-            remote_writer,
-        } = event
-        {
-            self.first_samples.expect(local_reader, remote_writer);
-        }
+        let matched = match event {
+            Event::RemoteWriterMatched {
+                local_reader,
+                remote_writer,
+            } => Some((local_reader, remote_writer)),
+            _ => None,
+        };
+        // Before the first samples, so that `Participant::serve` misses none.
         self.matches.apply(event);
+        if let Some((reader, writer)) = matched {
+            self.first_samples.expect(reader, writer);
+        }
     }
 
     /// Forgets the remote endpoints and participants for which this is not so.

@@ -63,5 +63,6 @@ impl Drop for Local {
         self.node.graph().remove(self.side, self.guid);
         self.node.matches.forget(self.guid);
         self.node.faults.remove(self.guid);
+        self.node.first_samples.forget(self.guid);
     }
 }

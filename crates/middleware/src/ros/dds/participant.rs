@@ -58,6 +58,7 @@ pub(super) struct Participant {
     pub(super) faults: Arc<Faults>,
     pub(super) names: Arc<Names>,
     fence: Arc<Fence>,
+    pub(super) first_samples: Arc<FirstSamples>,
     pub(super) farewell: Farewell,
     publisher: rustdds::Publisher,
     subscriber: rustdds::Subscriber,
@@ -99,13 +100,14 @@ impl Participant {
         let names = Arc::new(Names::new(participant.guid()));
         let faults = Arc::new(Faults::default());
         let fence = Arc::new(Fence::new(participant.guid(), Arc::clone(&laggards)));
+        let first_samples = Arc::new(FirstSamples::default());
         let keeps = Keeps {
             matches: Arc::clone(&matches),
             laggards: Arc::clone(&laggards),
             names: Arc::clone(&names),
             faults: Arc::clone(&faults),
             fence: Arc::clone(&fence),
-            first_samples: FirstSamples::default(),
+            first_samples: Arc::clone(&first_samples),
         };
         let background = Background::start(&participant, keeps).map_err(text)?;
         // RustDDS has begun with its own endpoints.
@@ -128,6 +130,7 @@ impl Participant {
             faults,
             names,
             fence,
+            first_samples,
             farewell: Farewell::default(),
             graph: Mutex::new(graph),
             publisher,
@@ -207,6 +210,15 @@ impl Participant {
                 type_name: type_name.into(),
                 reason: error.to_string(),
             })
+    }
+
+    /// Has a reader of requests ask for the first one of each client, of those too that it has been matched with meanwhile.
+    pub(super) fn serve(&self, requests: GUID) {
+        self.first_samples.serve(requests);
+        for client in self.matches.of(requests) {
+            self.first_samples.expect(requests, client);
+        }
+        self.background.unpark();
     }
 
     /// The readers of other participants, and whether they are reliable.

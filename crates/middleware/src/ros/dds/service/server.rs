@@ -62,10 +62,13 @@ impl Server {
         types: ServiceTypes,
     ) -> Result<Self, RosError> {
         let (request, reply) = (naming::dds_request(service), naming::dds_reply(service));
+        // The replies first: who sees where to send requests can expect an answer.
+        let replies = Writer::new(node, service, reply, types.response, &SENT)?;
+        let requests = Reader::new(node, service, request, types.request, &TAKEN)?;
+        node.serve(requests.guid());
         Ok(Self {
-            // The replies first: who sees where to send requests can expect an answer.
-            replies: Writer::new(node, service, reply, types.response, &SENT)?,
-            requests: Reader::new(node, service, request, types.request, &TAKEN)?,
+            replies,
+            requests,
             held: Mutex::default(),
             taker: Arc::default(),
             created: wall::now(),

@@ -239,6 +239,7 @@ fn leo(length: f64, mass: f64, time: f64) -> Transfer {
 fn random_thrusters_save_fuel() {
     let mut rng = Rng::with_seed(61);
     let (mut unsolved, mut saved, mut between, mut steps) = (0, 0.0, 0, 0);
+    let mut iterations = 0;
     for round in 0..8 {
         let count = 7 + round;
         let thrusters = layout(&mut rng, count);
@@ -251,10 +252,17 @@ fn random_thrusters_save_fuel() {
         let by = |actuation| transfer(initial, target, actuation).with_constraints(&limits);
         let fuel = |plan: &Plan| plan.h * plan.commands.iter().map(|w| w.sum()).sum::<f64>();
         let energy = fuel(&planned(&by(actuation.clone())).expect("a plan of least energy"));
-        let Ok(plan) = planned(&by(actuation.minimizing_fuel(&limits).expect("limits"))) else {
+        let cheapest = by(actuation.minimizing_fuel(&limits).expect("limits"));
+        let mut last = 0;
+        let found = solve(&cheapest, Start::Cold, &NewtonSettings::default(), |now| {
+            last = now.iteration;
+            true
+        });
+        let Ok(plan) = found else {
             unsolved += 1;
             continue;
         };
+        iterations += last;
         assert!(
             (fuel(&plan) / plan.cost - 1.0).abs() < 1e-9,
             "the cost is the fuel"
@@ -272,7 +280,10 @@ fn random_thrusters_save_fuel() {
         let off = lgvi_control::miss(&target, &end).amax();
         assert!(off < 1e-7, "{round}: the flight misses by {off:e}");
     }
-    println!("{unsolved} unsolved, saved {saved}, {between} of {steps} between");
+    println!(
+        "{unsolved} unsolved, saved {saved}, {between} of {steps} between, {iterations} iterations"
+    );
+    assert!(iterations < 8 * 120, "{iterations}");
     assert!(unsolved <= 1, "{unsolved}");
     assert!(saved > 0.1 * 7.0, "{saved}");
     assert!(between < steps / 20, "{between} of {steps}");

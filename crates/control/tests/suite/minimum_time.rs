@@ -240,7 +240,7 @@ fn a_symmetric_body_reorients_faster_than_about_the_axis() {
 
     let fine = turn([1.0; 3], 100, 4.0, PI * Vector3::z(), limit);
     let settings = SearchSettings {
-        starts: 40,
+        starts: 16,
         ..SearchSettings::default()
     };
     let found = search_minimum_time(&fine, &range, &settings, |_| true).expect("a plan");

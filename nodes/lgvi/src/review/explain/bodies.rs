@@ -1,3 +1,4 @@
+use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::{Inertia, MassDistribution, Mobility, RigidBody};
 use lgvi_scene::{NamedBody, Units};
 use serde::Serialize;
@@ -11,6 +12,7 @@ pub(super) struct Body {
     pub(super) wheels: Vec<String>,
     /// Names of its thrusters.
     pub(super) thrusters: Vec<String>,
+    pub(super) engine: Option<Engine>,
     pub(super) mobility: &'static str,
     pub(super) distribution: String,
     /// How the scene gives the initial state, unless by numbers in the inertial frame.
@@ -23,6 +25,15 @@ pub(super) struct Body {
     pub(super) attitude: [[f64; 3]; 3],
     /// Initial angular velocity, body frame (rad/s).
     pub(super) angular_velocity: [f64; 3],
+}
+
+/// The engine of a body.
+#[derive(Debug, Serialize)]
+pub(super) struct Engine {
+    /// Largest force (N); none without a limit.
+    pub(super) thrust: Option<f64>,
+    /// Effective exhaust velocity (m/s).
+    pub(super) exhaust_velocity: f64,
 }
 
 /// Difference of principal moments, of the greatest, that is rounding.
@@ -42,6 +53,13 @@ impl Body {
             kind: kind(&named.body.locked_inertia()),
             wheels: named.wheels.clone(),
             thrusters: named.thrusters.clone(),
+            engine: body
+                .thrusters()
+                .and_then(Thrusters::engine)
+                .map(|engine| Engine {
+                    thrust: Some(engine.thrust * units.force()).filter(|thrust| thrust.is_finite()),
+                    exhaust_velocity: engine.exhaust_velocity * (units.length / units.time),
+                }),
             mobility: match named.body.mobility() {
                 Mobility::Free => "free",
                 Mobility::Pivoted => "pivoted",

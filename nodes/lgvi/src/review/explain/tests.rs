@@ -34,6 +34,14 @@ const TEXT: &str = r#"
     angular_velocity = [0, 0, 5]
 "#;
 
+#[test]
+fn an_engine_is_told_in_si() {
+    let engine = "angular_velocity = [0, 0, 5]\n[bodies.propellant]\nmass = 0.5\n[bodies.engine]\nthrust = 2.0\nexhaust_velocity = 30.0";
+    let text = explained("angular_velocity = [0, 0, 5]", engine).to_string();
+    let expected = "engine      of top: thrust 5 N, exhaust velocity 150 m/s";
+    assert!(text.contains(expected), "{text}");
+}
+
 fn explained(line: &str, instead: &str) -> Explanation {
     assert!(TEXT.contains(line), "{line}");
     let scene = Scene::parse("test", &TEXT.replace(line, instead)).unwrap();

@@ -25,6 +25,13 @@ impl Display for Explanation {
                 }
                 write!(f, "\n  {what:<12}of {}: {}", body.name, names.join(", "))?;
             }
+            if let Some(engine) = &body.engine {
+                write!(f, "\n  engine      of {}: ", body.name)?;
+                if let Some(thrust) = engine.thrust {
+                    write!(f, "thrust {thrust} N, ")?;
+                }
+                write!(f, "exhaust velocity {} m/s", engine.exhaust_velocity)?;
+            }
             if let Some(given) = &body.given {
                 write!(
                     f,

@@ -108,9 +108,9 @@ INEQUALITIES = {
 class Loads:
     """Commands that are force (inertial) and moment (body), at the end of a step."""
 
-    before = 0.0
+    before, bounds, scale, unit = 0.0, (-np.inf, np.inf), 1.0, 1.0
 
-    def __init__(self, commanded, number):
+    def __init__(self, commanded, number, _steps):
         self.count, self.name = 6, "loads"
         self.weight = ca.diagcat(*(number("weight", weight) for weight in commanded["weights"]))
 
@@ -120,7 +120,7 @@ class Loads:
     def cost(self, h, command):
         return h / 2 * ca.bilin(self.weight, command, command)
 
-    def bounds(self, _command, _turn):
+    def limits(self, _turn):
         return []
 
     def guess(self, load, _attitude):
@@ -128,38 +128,48 @@ class Loads:
 
 
 class Thrusters:
-    """Thrusts of thrusters that turn with the body, from 0 to a limit; half of each at both ends of a step."""
+    """Thrusts of thrusters that turn with the body, in parts of their limits; half of each at both ends of a step.
 
-    before = 0.5
+    The cost is in parts of that of a flight at a tenth of the limits.
+    """
 
-    def __init__(self, commanded, number):
+    before, bounds = 0.5, (0.0, 1.0)
+
+    def __init__(self, commanded, number, steps):
         self.fuel, self.name = commanded["fuel"], f"thrusters, fuel {commanded['fuel']}"
-        self.values, self.limit = np.array(commanded["columns"]).T, np.array(commanded["limits"])
-        self.columns, self.limits = number("columns", self.values), number("limits", self.limit)
-        self.prices = number("prices", commanded["prices"])
-        self.count = len(self.limit)
+        self.unit = np.array(commanded["limits"])
+        self.values = np.array(commanded["columns"]).T * self.unit
+        self.columns = number("columns", self.values)
+        prices = np.array(commanded["prices"]) * (self.unit if self.fuel else self.unit**2 / 2)
+        self.scale = steps * prices.sum() * (0.1 if self.fuel else 0.01)
+        self.prices = number("prices", prices / self.scale)
+        self.count = len(self.unit)
 
     def load(self, command, attitude):
         load = self.columns @ command
         return attitude @ load[:3], load[3:]
 
     def cost(self, h, command):
-        return h * ca.dot(self.prices, command) if self.fuel else h / 2 * ca.dot(self.prices, command**2)
+        return h * ca.dot(self.prices, command if self.fuel else command**2)
 
-    def bounds(self, command, turn):
+    def limits(self, turn):
         """A step turns by less than a right angle: the equations of a step have other solutions, which cost no thrust."""
-        return [command / self.limits - 1, -command / self.limits, ca.dot(turn, turn) - 1]
+        return [ca.dot(turn, turn) - 1]
 
     def guess(self, load, attitude):
         load = np.concatenate([attitude.T @ load[:3], load[3:]])
-        return np.clip(np.linalg.pinv(self.values) @ load, 0.02 * self.limit, 0.98 * self.limit)
+        return np.clip(np.linalg.pinv(self.values) @ load, 0.02, 0.98)
 
 
 class Stage:
     """What the choices of unknowns share: one step, symbolically.
 
+    Only the unknowns in `bounded` have bounds.
+
     The problem's numbers are parameters, where they are not 0. What is compiled depends on `layout` alone.
     """
+
+    bounded = slice(0, 0)
 
     def __init__(self, problem):
         self.layout, symbols, values = [], [], []
@@ -175,7 +185,8 @@ class Stage:
         self.h, self.mass, self.gm = (number(name, problem[name]) for name in ("h", "mass", "gm"))
         self.inertia = number("inertia", problem["inertia"])
         commanded = problem["commanded"]
-        self.commanded = (Loads if "weights" in commanded else Thrusters)(commanded, number)
+        steps = len(problem["guess"]["controls"])
+        self.commanded = (Loads if "weights" in commanded else Thrusters)(commanded, number, steps)
         self.layout.append(self.commanded.name)
         points = problem["points"] if problem["gm"] != 0 else []
         self.points = [(number("point", mass), number("place", place)) for mass, *place in points]
@@ -216,13 +227,19 @@ class Stage:
     def define(self, unknowns, following, controls, constraints, turn):
         """With the unknowns of the stage, the states that follow, and the equalities; inequalities come after them."""
         values = [value(numbers, controls, *self.pose) for value, numbers in self.inequalities]
-        values = ca.vertcat(*values, *self.commanded.bounds(controls, turn))
+        values = ca.vertcat(*values, *self.commanded.limits(turn))
         least = [0.0] * constraints.numel() + [-np.inf] * values.numel()
         constraints = ca.vertcat(constraints, values)
         self.width, self.rows, self.least = unknowns.numel(), constraints.numel(), np.array(least)
         self.unknowns = ca.vertcat(unknowns, following)
         self.controls = ca.Function("controls", [self.unknowns, self.parameters], [controls])
         self.cost, self.constraints = self.commanded.cost(self.h, controls), constraints
+
+    def bounds(self, which):
+        """Lower (0) or upper (1) bounds of the unknowns of a stage."""
+        bounds = np.full(self.width, (-np.inf, np.inf)[which])
+        bounds[self.bounded] = self.commanded.bounds[which]
+        return bounds
 
     def function(self):
         return ca.Function("stage", [self.unknowns, self.parameters], [self.cost, self.constraints])
@@ -258,6 +275,7 @@ class Controls(Stage):
         implicit = self.h * (begun_pi - self.momentum(f))
         constraints = ca.vertcat(following - step, implicit)
         self.define(ca.vertcat(x, gamma, a, pi, u, f), following, u, constraints, f)
+        self.bounded = slice(STATES, STATES + self.commanded.count)
 
     def spin(self, pi):
         return pi
@@ -325,6 +343,8 @@ class Problem:
         ends = np.zeros(STATES)
         own = [self.stage.least] * self.n
         self.least = np.concatenate([own[0], ends, *own[1:], ends])
+        free = np.full(STATES, np.inf)
+        self.bounds = [np.concatenate([*[self.stage.bounds(which)] * self.n, (2 * which - 1) * free]) for which in (0, 1)]
         self.width = self.stage.width * self.n + STATES
         self.height = self.stage.rows * self.n + 2 * STATES
 
@@ -466,7 +486,7 @@ class Problem:
 
     def solve(self, solver, with_controls):
         before = time.perf_counter(), time.process_time()
-        found = solver(x0=self.guess, p=self.parameters, lbg=self.least, ubg=0)
+        found = solver(x0=self.guess, p=self.parameters, lbx=self.bounds[0], ubx=self.bounds[1], lbg=self.least, ubg=0)
         wall, seconds = time.perf_counter() - before[0], time.process_time() - before[1]
         stats = solver.stats()
         return {
@@ -475,7 +495,7 @@ class Problem:
             "iterations": stats["iter_count"],
             "success": bool(stats["success"]),
             "status": str(stats["return_status"]),
-            "cost": float(found["f"]),
+            "cost": float(found["f"]) * self.stage.commanded.scale,
             "controls": self.controls(np.array(found["x"]).ravel()) if with_controls else [],
         }
 
@@ -483,7 +503,7 @@ class Problem:
         stages = unknowns[:-STATES].reshape(self.n, -1)
         following = np.vstack([stages[1:, :STATES], unknowns[-STATES:]])
         controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, self.of_stages.T)
-        return np.array(controls).T.tolist()
+        return (np.array(controls).T * self.stage.commanded.unit).tolist()
 
 
 def main():

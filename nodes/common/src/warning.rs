@@ -33,6 +33,8 @@ pub enum WarningCode {
     FlownOtherwise,
     /// A plan is not known to be a local minimum.
     NotMinimum,
+    /// A body has used all its propellant.
+    NoPropellant,
 }
 
 impl Warning {

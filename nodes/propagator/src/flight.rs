@@ -345,6 +345,16 @@ impl Flight {
         self.simulation.system()
     }
 
+    /// The bodies that have used all their propellant.
+    pub fn exhausted(&self) -> impl Iterator<Item = usize> {
+        let bodies = self.system().bodies().iter().enumerate();
+        let exhausted = bodies.filter(|(_, body)| {
+            let thrusters = body.thrusters();
+            thrusters.is_some_and(|own| own.propellant().mass > 0.0 && own.propellant_left() == 0.0)
+        });
+        exhausted.map(|(body, _)| body)
+    }
+
     /// The bodies' states.
     pub fn states(&self) -> &[BodyState] {
         self.simulation.states()

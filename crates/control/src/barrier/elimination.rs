@@ -289,6 +289,7 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     }
 
     fn advance(&mut self, step: f64) {
+        self.limits |= self.room() < 1.0;
         for (row, _) in &mut self.command_rows {
             row.multiplier += step * row.change;
         }

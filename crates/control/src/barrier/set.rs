@@ -42,8 +42,11 @@ pub(crate) struct Barrier<const X: usize, const U: usize> {
     pub(super) gives_way: bool,
     /// The longest step of the multipliers along the direction.
     pub(super) reach: f64,
-    /// True if no step of an iterate that satisfies the inequalities covers more than a part of their slacks.
+    /// True if no step of an iterate that satisfies the inequalities covers more than a part of their slacks, as far as that leads
+    /// anywhere.
     pub(super) within: bool,
+    /// True if that has made a step shorter.
+    pub(super) limits: bool,
     /// The longest such step along the direction.
     pub(super) room: f64,
     /// True if the iterate violates an inequality.
@@ -205,6 +208,7 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
             gives_way: false,
             reach: 1.0,
             within: true,
+            limits: false,
             room: 1.0,
             violates: false,
             slope: 0.0,
@@ -214,6 +218,11 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
     /// Sets whether steps of an iterate that satisfies the inequalities leave a part of their slacks.
     pub(crate) fn keep_within(&mut self, within: bool) {
         self.within = within;
+    }
+
+    /// Whether a step was shorter for that.
+    pub(crate) fn has_limited(&self) -> bool {
+        self.limits
     }
 
     /// The inequalities on the commands of an interval.

@@ -28,8 +28,10 @@ pub(super) struct Solver<'s, C> {
     pub(super) inherited: Option<Inherited>,
     /// The plan for a force that does not turn with the body, once it is known.
     pub(super) inertial: Option<Plan>,
-    /// True until steps within the inequalities have failed.
+    /// True until steps within the inequalities have failed from the present start.
     pub(super) within: bool,
+    /// True if inequalities have made a step of the last attempt shorter.
+    pub(super) limited: bool,
 }
 
 /// Kinds of initial guesses.
@@ -95,6 +97,7 @@ impl<'s, C> Solver<'s, C> {
             inherited: None,
             inertial: None,
             within: true,
+            limited: false,
         }
     }
 

@@ -233,6 +233,7 @@ impl<C> Solver<'_, C> {
         let Some((newton, forces)) = self.known(plan)? else {
             return Ok(None);
         };
+        self.within = true;
         match self.impose(newton, Some(&forces), &tightened) {
             Ok(plan) => Ok(Some(plan)),
             Err(stopped @ PlanError::Stopped { .. }) => Err(stopped),

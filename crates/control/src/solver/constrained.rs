@@ -81,6 +81,7 @@ impl<C> Solver<'_, C> {
             Err((ended, newton)) => return Err(self.unsolved(ended, &newton.iterate)?),
         };
         let start = Newton::new(transfer.intervals, free.iterate.clone());
+        self.within = true;
         match self.impose(free, None, set) {
             Err(error @ (PlanError::NotFound { .. } | PlanError::NotConverged { .. })) => {
                 self.by_relaxation(start, error)
@@ -208,13 +209,19 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let start = newton.iterate.clone();
-        let mut best = match self.imposed(newton, known, set) {
-            Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if self.within => {
-                self.within = false;
-                let newton = Newton::new(self.transfer.intervals, start);
-                self.imposed(newton, known, set)?
-            }
-            done => done?,
+        let first = self.imposed(newton, known, set);
+        let again = self.within
+            && match first {
+                Err(PlanError::NotFound { .. }) => self.limited,
+                Err(PlanError::NotConverged { .. }) => true,
+                _ => false,
+            };
+        let mut best = if again {
+            self.within = false;
+            let newton = Newton::new(self.transfer.intervals, start);
+            self.imposed(newton, known, set)?
+        } else {
+            first?
         };
         for _ in 0..DESCENTS {
             if best.plan.certificate.sufficient {
@@ -305,6 +312,7 @@ impl<C> Solver<'_, C> {
             &mut self.standing,
             |now| observe(&now.progress(Phase::Constrained)),
         );
+        self.limited = barrier.has_limited();
         match ended {
             Ended::Converged => {
                 let mut iterate = newton.iterate.clone();

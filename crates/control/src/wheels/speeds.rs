@@ -122,7 +122,7 @@ impl Speeds {
                 let ReactionWheel { axis, inertia, .. } = &wheels.wheels()[wheel];
                 let per_time = inertia.recip() + axis.dot(&(body.inertia().inverse() * axis));
                 let speed = momenta[wheel] / inertia - axis.dot(&rate);
-                let reached = speed + transfer.h * per_time * command[wheel];
+                let reached = speed + plan.h * per_time * command[wheel];
                 reached.abs() > REACHED * limit
             })
         })

@@ -147,7 +147,7 @@ impl<M: Managed> Life<'_, M> {
             {
                 match configured.run(self.node) {
                     Ok(Stopped::Done) => return Ok(()),
-                    Ok(Stopped::Interrupted) => {}
+                    Ok(Stopped::Interrupted) | Err(NodeError::Interrupted) => {}
                     Err(error) => {
                         self.fail(managed);
                         if !managed {

@@ -267,7 +267,8 @@ mod tests {
         fs::set_permissions(&description, Permissions::from_mode(0o400)).unwrap();
         drop((opened, maker));
         // iceoryx2 keeps a counter there for good.
-        for entry in fs::read_dir("/dev/shm").unwrap().flatten() {
+        let left = fs::read_dir("/dev/shm").into_iter().flatten();
+        for entry in left.flatten() {
             let name = entry.file_name();
             if name
                 .to_str()

@@ -100,7 +100,8 @@ fn an_engine_exerts_what_is_commanded() {
     };
     flight.push(0, wind, 5);
     let mut found = Vec::new();
-    for _ in 0..5 {
+    for step in 0..5 {
+        assert_eq!(flight.exhausted().next(), (step > 2).then_some(0));
         flight.advance().unwrap();
         found.push((
             flight.loads()[0].force.x,

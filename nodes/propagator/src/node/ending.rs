@@ -3,7 +3,7 @@
 use std::sync::mpsc::TryRecvError;
 use std::time::Duration;
 
-use lgvi_common::{Event, FlightReport};
+use lgvi_common::{Event, FlightReport, Warning, WarningCode};
 use lgvi_middleware::node::{Node, NodeError};
 use tracing::info;
 
@@ -27,7 +27,13 @@ impl Propagator {
         let warnings = self
             .resolution
             .warnings(&self.scene, &self.flight, controlled);
-        for warning in warnings {
+        let exhausted = self.flight.exhausted();
+        let exhausted = exhausted.map(|body| {
+            let name = &self.scene.bodies[body].name;
+            let message = format!("{name} has used all its propellant");
+            Warning::new(WarningCode::NoPropellant, message)
+        });
+        for warning in warnings.into_iter().chain(exhausted) {
             warning.tell(&node.events);
         }
         Ok(())

@@ -1,12 +1,14 @@
-//! Attempts of lgvi and of its peers at the same maneuvers, compared.
+//! Attempts of lgvi and of its peers at the same random maneuvers, compared.
 
 use std::path::Path;
 use std::time::Duration;
 
-use lgvi_control::{NewtonSettings, PlanError, Start, Transfer, solve};
+use lgvi_control::{NewtonSettings, PlanError, Start, Transfer, miss, solve};
+use lgvi_dynamics::{MethodError, Simulation, StepError};
+use lgvi_truth::maneuvers::ManeuverError;
 use serde::Serialize;
 
-use super::peer::{Casadi, Found, Solver, Stated};
+use super::peer::{Casadi, Solver, Stated};
 use crate::clock::Moment;
 use crate::error::{BenchError, write_json};
 use crate::maneuvers::quantile;
@@ -22,7 +24,7 @@ const SAME: f64 = 0.01;
 
 /// What one solver made of one maneuver.
 #[derive(Clone, Debug, Serialize)]
-pub(super) struct Attempt {
+struct Attempt {
     /// Nothing where it is not solved.
     cost: Option<f64>,
     /// CPU time (s).
@@ -34,11 +36,11 @@ pub(super) struct Attempt {
 /// One maneuver.
 #[derive(Debug, Serialize)]
 pub(super) struct Tried {
-    pub(super) index: u64,
-    pub(super) family: &'static str,
-    pub(super) ours: Attempt,
+    index: u64,
+    family: &'static str,
+    ours: Attempt,
     /// In the order of the solvers.
-    pub(super) peers: Vec<Attempt>,
+    peers: Vec<Attempt>,
 }
 
 /// A peer beside lgvi.
@@ -63,9 +65,75 @@ struct Report {
     tried: Vec<Tried>,
 }
 
+/// A maneuver that lgvi and its peers are to plan.
+pub(super) trait Drawn {
+    fn family(&self) -> &'static str;
+
+    /// As it is stated to lgvi.
+    fn ours(&self) -> Result<Transfer, BenchError>;
+
+    /// As it is stated to the peers, in units of its size.
+    fn theirs(&self) -> Result<Stated<'_>, BenchError>;
+
+    /// The transfer in units of its size, and its flight, which begins.
+    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>);
+
+    /// Makes a step of the flight with these commands.
+    fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError>;
+}
+
+/// By how much a flight may miss the target, in units of the maneuver's size.
+const MISS: f64 = 1e-3;
+
+/// Has lgvi and the solvers of its peer try the maneuvers of the first `count` indices.
+pub(super) fn try_all<D: Drawn>(
+    count: u64,
+    python: Option<&Python>,
+    solvers: &'static [Solver],
+    draw: impl Fn(u64) -> Result<D, ManeuverError>,
+) -> Result<Vec<Tried>, BenchError> {
+    let python = python.filter(|python| python.has(CASADI));
+    let mut peers = python
+        .map(|python| Peers::start(python, solvers))
+        .transpose()?;
+    let mut tried = Vec::new();
+    for index in 0..count {
+        let maneuver = draw(index)?;
+        let ours = Attempt::ours(&maneuver.ours()?);
+        let peers = peers.as_mut().map(|peers| peers.solve(&maneuver));
+        let one = Tried {
+            index,
+            family: maneuver.family(),
+            ours,
+            peers: peers.transpose()?.unwrap_or_default(),
+        };
+        one.print();
+        tried.push(one);
+    }
+    Ok(tried)
+}
+
+/// Why a flight with these commands does not reach the target; nothing where it does. The equations of a step have more
+/// solutions than the rotation: such as half a turn about a principal axis, which takes no moment.
+fn unflown(maneuver: &impl Drawn, commands: &[Vec<f64>]) -> Option<String> {
+    let (transfer, flight) = maneuver.begun();
+    let mut flight = match flight {
+        Ok(flight) => flight,
+        Err(error) => return Some(error.to_string()),
+    };
+    for commands in commands {
+        if let Err(error) = maneuver.advance(&mut flight, commands) {
+            return Some(format!("cannot be flown: {error}"));
+        }
+    }
+    let target = transfer.target().state()?;
+    let missed = miss(&target, &flight.states()[0]).norm();
+    (missed > MISS).then(|| format!("misses the target by {missed:.1e} as flown"))
+}
+
 impl Attempt {
     /// lgvi's, from a cold start.
-    pub(super) fn ours(transfer: &Transfer) -> Self {
+    fn ours(transfer: &Transfer) -> Self {
         let begun = Moment::now();
         let plan = solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true);
         Self {
@@ -77,17 +145,14 @@ impl Attempt {
 }
 
 /// CasADi with some solvers, in a process that is started again where one does not answer.
-pub(super) struct Peers<'p> {
+struct Peers<'p> {
     python: &'p Python,
     solvers: &'static [Solver],
     casadi: Casadi,
 }
 
 impl<'p> Peers<'p> {
-    pub(super) fn start(
-        python: &'p Python,
-        solvers: &'static [Solver],
-    ) -> Result<Self, BenchError> {
+    fn start(python: &'p Python, solvers: &'static [Solver]) -> Result<Self, BenchError> {
         let casadi = Casadi::start(python)?;
         Ok(Self {
             python,
@@ -96,19 +161,16 @@ impl<'p> Peers<'p> {
         })
     }
 
-    /// An attempt of each solver; `unflown` tells why what one has found does not fly to the target.
-    pub(super) fn solve(
-        &mut self,
-        stated: &Stated<'_>,
-        unflown: impl Fn(&Found) -> Option<String>,
-    ) -> Result<Vec<Attempt>, BenchError> {
-        self.casadi.build(stated, self.solvers)?;
+    /// An attempt of each solver.
+    fn solve(&mut self, maneuver: &impl Drawn) -> Result<Vec<Attempt>, BenchError> {
+        let stated = maneuver.theirs()?;
+        self.casadi.build(&stated, self.solvers)?;
         let mut attempts = Vec::new();
         for solver in 0..self.solvers.len() {
             let attempt = match self.casadi.solve_within(UNANSWERED, solver, true) {
                 Ok(found) => {
                     let failure = match found.success {
-                        true => unflown(&found),
+                        true => unflown(maneuver, &found.controls),
                         false => Some(found.status.clone()),
                     };
                     Attempt {
@@ -119,7 +181,7 @@ impl<'p> Peers<'p> {
                 }
                 Err(BenchError::Peer(failure)) => {
                     self.casadi = Casadi::start(self.python)?;
-                    self.casadi.build(stated, self.solvers)?;
+                    self.casadi.build(&stated, self.solvers)?;
                     Attempt {
                         cost: None,
                         seconds: UNANSWERED.as_secs_f64(),
@@ -158,11 +220,6 @@ pub(super) fn keep(
     write_json(&directory.join(name).with_extension("json"), &report)
 }
 
-/// The runtime for CasADi, if it has it.
-pub(super) fn with_casadi(python: Option<&Python>) -> Option<&Python> {
-    python.filter(|python| python.has(CASADI))
-}
-
 impl Beside {
     fn of(label: &'static str, peer: usize, tried: &[Tried]) -> Self {
         let solved = tried.iter().filter(|one| one.peers[peer].cost.is_some());
@@ -193,7 +250,7 @@ impl Beside {
 }
 
 impl Tried {
-    pub(super) fn print(&self) {
+    fn print(&self) {
         let told = |attempt: &Attempt| match (attempt.cost, &attempt.failure) {
             (Some(cost), _) => format!("{cost:.6e} in {:.1} ms", 1e3 * attempt.seconds),
             (None, failure) => format!(

@@ -2,8 +2,8 @@
 
 use std::time::Duration;
 
-use lgvi_control::Constraint;
 use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, Place};
+use lgvi_control::{Constraint, Transfer};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::thrusters::{Thruster, Thrusters};
 use lgvi_dynamics::{BodyState, Load, RigidBody};
@@ -106,11 +106,15 @@ impl Solver {
 impl Found {
     /// Commands that are force and moment.
     pub(crate) fn controls(&self) -> Vec<Load> {
-        let load = |u: &Vec<f64>| Load {
-            force: Vector3::from_fn(|i, _| u[i]),
-            moment: Vector3::from_fn(|i, _| u[3 + i]),
-        };
-        self.controls.iter().map(load).collect()
+        self.controls.iter().map(|u| load(u)).collect()
+    }
+}
+
+/// Force and moment from their components.
+pub(crate) fn load(u: &[f64]) -> Load {
+    Load {
+        force: Vector3::from_fn(|i, _| u[i]),
+        moment: Vector3::from_fn(|i, _| u[3 + i]),
     }
 }
 
@@ -175,16 +179,44 @@ pub(crate) struct Stated<'p> {
     pub intervals: usize,
     pub commanded: Commanded<'p>,
     pub initial: &'p BodyState,
-    pub target: &'p BodyState,
+    pub target: BodyState,
     pub constraints: &'p [Constraint],
 }
 
-impl Stated<'_> {
+impl<'p> Stated<'p> {
+    /// That of a transfer by what is commanded, without its inequalities.
+    pub(crate) fn of(
+        body: &'p RigidBody,
+        gm: f64,
+        transfer: &'p Transfer,
+        commanded: Commanded<'p>,
+    ) -> Result<Self, BenchError> {
+        let target = transfer.target().state();
+        let no_state = || BenchError::Body("a target that is no state".into());
+        Ok(Self {
+            body,
+            gm,
+            h: transfer.h(),
+            intervals: transfer.intervals(),
+            commanded,
+            initial: transfer.initial(),
+            target: target.ok_or_else(no_state)?,
+            constraints: &[],
+        })
+    }
+
+    pub(crate) fn under(self, constraints: &'p [Constraint]) -> Self {
+        Self {
+            constraints,
+            ..self
+        }
+    }
+
     /// The problem and the guess as the script reads them.
     fn to_json(&self) -> Value {
         let Self { body, gm, h, .. } = *self;
         let field = Central { gm };
-        let guess = guess::cold(body, &field, h, self.intervals, self.initial, self.target);
+        let guess = guess::cold(body, &field, h, self.intervals, self.initial, &self.target);
         let points = body.points().iter();
         let mut points: Vec<_> = points
             .map(|point| {
@@ -212,7 +244,7 @@ impl Stated<'_> {
             "points": points,
             "commanded": self.commanded.to_json(body),
             "initial": state(self.initial),
-            "target": state(self.target),
+            "target": state(&self.target),
             "constraints": self.constraints.iter().filter_map(inequality).collect::<Vec<_>>(),
             "guess": {
                 "states": guess.states.iter().map(state).collect::<Vec<_>>(),

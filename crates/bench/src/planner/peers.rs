@@ -156,7 +156,7 @@ fn build(casadi: &mut Casadi, case: &Case) -> Result<Vec<f64>, BenchError> {
             weights: [0, 3].map(|first| weight.fixed_view::<3, 3>(first, first).into_owned()),
         },
         initial: &named.state,
-        target: &target,
+        target,
         constraints: &[],
     };
     casadi.build(&stated, &SOLVERS)

@@ -2,14 +2,13 @@
 
 use std::path::Path;
 
-use lgvi_control::miss;
+use lgvi_control::Transfer;
 use lgvi_dynamics::integrator::Rotor;
-use lgvi_dynamics::{Load, Method, Simulation, System};
+use lgvi_dynamics::{Load, Method, MethodError, Simulation, StepError, System};
 use lgvi_truth::maneuvers::{Thrusted, thrusted};
 
-use super::beside::{self, Attempt, Peers, Tried};
+use super::beside::{self, Drawn};
 use super::peer::{Commanded, Stated, THRUSTED};
-use super::varied::MISS;
 use crate::error::BenchError;
 use crate::peer::Python;
 
@@ -22,71 +21,42 @@ pub(crate) fn run(
     python: Option<&Python>,
     directory: &Path,
 ) -> Result<(), BenchError> {
-    let python = beside::with_casadi(python);
-    let mut peers = python
-        .map(|python| Peers::start(python, &THRUSTED))
-        .transpose()?;
-    let mut tried = [Vec::new(), Vec::new()];
-    for index in 0..2 * count {
-        let maneuver = thrusted(seed, index, intervals)?;
-        let ours = Attempt::ours(&maneuver.transfer);
-        let peers = peers
-            .as_mut()
-            .map(|peers| solve(peers, &maneuver))
-            .transpose()?;
-        let one = Tried {
-            index,
-            family: if maneuver.fuel { "fuel" } else { "thrusters" },
-            ours,
-            peers: peers.unwrap_or_default(),
-        };
-        one.print();
-        tried[usize::from(maneuver.fuel)].push(one);
+    for (fuel, name) in [(false, "thrusters"), (true, "fuel")] {
+        let draw = |index| thrusted(seed, 2 * index + u64::from(fuel), intervals);
+        let tried = beside::try_all(count, python, &THRUSTED, draw)?;
+        beside::keep((name, seed, intervals), &THRUSTED, tried, directory)?;
     }
-    let [energy, fuel] = tried;
-    beside::keep(("thrusters", seed, intervals), &THRUSTED, energy, directory)?;
-    beside::keep(("fuel", seed, intervals), &THRUSTED, fuel, directory)
+    Ok(())
 }
 
-/// An attempt of each of [`THRUSTED`].
-fn solve(peers: &mut Peers<'_>, maneuver: &Thrusted) -> Result<Vec<Attempt>, BenchError> {
-    let transfer = &maneuver.transfer;
-    let Some(target) = transfer.target().state() else {
-        return Err(BenchError::Body("a target that is no state".into()));
-    };
-    let stated = Stated {
-        body: &maneuver.body,
-        gm: 0.0,
-        h: transfer.h(),
-        intervals: transfer.intervals(),
-        commanded: Commanded::Thrusters {
-            prices: &maneuver.prices,
-            fuel: maneuver.fuel,
-        },
-        initial: transfer.initial(),
-        target: &target,
-        constraints: &[],
-    };
-    peers.solve(&stated, |found| unflown(maneuver, &found.controls))
-}
-
-/// Why a flight with these thrusts does not reach the target; nothing where it does.
-fn unflown(maneuver: &Thrusted, thrusts: &[Vec<f64>]) -> Option<String> {
-    let transfer = &maneuver.transfer;
-    let system = System::new(vec![maneuver.body.clone()], Vec::new());
-    let method = Method::Lgvi(Rotor::Discrete);
-    let initial = vec![*transfer.initial()];
-    let mut simulation = match Simulation::new(system, initial, method, transfer.h()) {
-        Ok(simulation) => simulation,
-        Err(error) => return Some(error.to_string()),
-    };
-    for thrust in thrusts {
-        simulation.set_thruster_commands(0, thrust);
-        if let Err(error) = simulation.advance(&[Load::default()]) {
-            return Some(format!("cannot be flown: {error}"));
-        }
+impl Drawn for Thrusted {
+    fn family(&self) -> &'static str {
+        if self.fuel { "fuel" } else { "thrusters" }
     }
-    let target = transfer.target().state()?;
-    let missed = miss(&target, &simulation.states()[0]).norm();
-    (missed > MISS).then(|| format!("misses the target by {missed:.1e} as flown"))
+
+    fn ours(&self) -> Result<Transfer, BenchError> {
+        Ok(self.transfer.clone())
+    }
+
+    fn theirs(&self) -> Result<Stated<'_>, BenchError> {
+        let (prices, fuel) = (&*self.prices, self.fuel);
+        Stated::of(
+            &self.body,
+            0.0,
+            &self.transfer,
+            Commanded::Thrusters { prices, fuel },
+        )
+    }
+
+    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>) {
+        let system = System::new(vec![self.body.clone()], Vec::new());
+        let method = Method::Lgvi(Rotor::Discrete);
+        let (initial, h) = (vec![*self.transfer.initial()], self.transfer.h());
+        (&self.transfer, Simulation::new(system, initial, method, h))
+    }
+
+    fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
+        flight.set_thruster_commands(0, commands);
+        flight.advance(&[Load::default()]).map(drop)
+    }
 }

@@ -138,8 +138,9 @@ impl ReactionWheel {
         Ok(())
     }
 
-    /// The change of the relative speed by a unit of torque in a unit of time.
-    fn per_torque(&self, inverse: &Matrix3<f64>) -> f64 {
+    /// Returns the change of the wheel's relative speed by a unit of torque in a unit of time, `1/I + a·J⁻¹a`, on a body whose inertia
+    /// has the given inverse, body frame.
+    pub fn per_torque(&self, inverse: &Matrix3<f64>) -> f64 {
         self.inertia.recip() + self.axis.dot(&(inverse * self.axis))
     }
 

@@ -78,7 +78,8 @@ impl Speeds {
         }
         let first = self.first_index(transfer);
         for (at, Limited { wheel, limit }) in self.limits.iter().enumerate() {
-            let ReactionWheel { axis, inertia, .. } = &wheels.wheels()[*wheel];
+            let own = &wheels.wheels()[*wheel];
+            let ReactionWheel { axis, inertia, .. } = own;
             let by = |columns: &Columns| columns.column(*wheel) / *inertia;
             let by_momenta = [
                 self.exchange.as_ref().map_or_else(Vector3::zeros, by),
@@ -86,7 +87,7 @@ impl Speeds {
                 -(inverse * axis),
             ];
             let mut per_time = Command::zeros();
-            per_time[*wheel] = inertia.recip() + axis.dot(&(inverse * axis));
+            per_time[*wheel] = own.per_torque(inverse);
             let limit = (1.0 - MARGIN) * limit;
             let row = WheelSpeed::new(first + at, by_momenta, per_time, limit);
             stated.inequalities.wheels.push(row);
@@ -119,10 +120,10 @@ impl Speeds {
         steps.into_iter().any(|((momenta, state), command)| {
             let rate = state.angular_velocity(body);
             self.limits.iter().any(|&Limited { wheel, limit }| {
-                let ReactionWheel { axis, inertia, .. } = &wheels.wheels()[wheel];
-                let per_time = inertia.recip() + axis.dot(&(body.inertia().inverse() * axis));
-                let speed = momenta[wheel] / inertia - axis.dot(&rate);
-                let reached = speed + plan.h * per_time * command[wheel];
+                let own = &wheels.wheels()[wheel];
+                let speed = momenta[wheel] / own.inertia - own.axis.dot(&rate);
+                let per_torque = own.per_torque(body.inertia().inverse());
+                let reached = speed + plan.h * per_torque * command[wheel];
                 reached.abs() > REACHED * limit
             })
         })

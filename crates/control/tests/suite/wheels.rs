@@ -3,9 +3,9 @@
 use fastrand::Rng;
 use lgvi_control::constraint::{AngularRate, CommandLimit, LineOfSight};
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Motion, NewtonSettings, Place,
-    Plan, PlanError, SearchSettings, Start, Terminal, TimeRange, Transfer, TransferError, miss,
-    search, solve, solve_final_time, solve_minimum_time,
+    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Minimum, Motion, NewtonSettings,
+    Place, Plan, PlanError, SearchSettings, Start, Terminal, TimeRange, Transfer, TransferError,
+    miss, search, solve, solve_final_time, solve_minimum_time,
 };
 use lgvi_dynamics::gravity::{Central, Uniform};
 use lgvi_dynamics::integrator::Rotor;
@@ -325,21 +325,26 @@ fn a_search_ends_when_it_is_told_to() {
     }
 }
 
+/// The minima of a search: more than one, the first no dearer than the plan of a cold start.
+fn minima_of(transfer: &Transfer, plan: &Plan) -> Vec<Minimum> {
+    let settings = SearchSettings {
+        starts: 12,
+        seed: 1,
+        newton: NewtonSettings::default(),
+    };
+    let minima = search(transfer, &settings, |_| true).expect("minima");
+    assert!(minima[0].plan.cost <= plan.cost * (1.0 + 1e-6));
+    assert!(minima.len() > 1, "turns the other way round");
+    minima
+}
+
 #[test]
 fn a_search_finds_the_plan_of_a_cold_start_or_a_cheaper_one() {
     let body = with_momenta(body(INERTIA, Vec::new(), &orthogonal()), &[1.0, 0.3, -0.4]);
     let target = still(exp(&Vector3::new(2.0, 0.5, -1.7)));
     let transfer = transfer(body.clone(), 60, still(Matrix3::identity()), target);
     let plan = planned(&transfer).expect("a plan");
-    let settings = SearchSettings {
-        starts: 12,
-        seed: 1,
-        newton: NewtonSettings::default(),
-    };
-    let minima = search(&transfer, &settings, |_| true).expect("minima");
-    assert!(minima[0].plan.cost <= plan.cost * (1.0 + 1e-6));
-    assert!(minima.len() > 1, "turns the other way round");
-    for minimum in &minima {
+    for minimum in &minima_of(&transfer, &plan) {
         assert_flown(&body, &transfer, &minimum.plan);
     }
 }
@@ -543,15 +548,7 @@ fn minima_under_limits_of_speed_are_found_by_a_search() {
     let target = still(exp(&Vector3::new(2.0, 0.5, -1.7)));
     let transfer = transfer(body.clone(), 60, still(Matrix3::identity()), target);
     let plan = planned(&transfer).expect("a plan");
-    let settings = SearchSettings {
-        starts: 12,
-        seed: 1,
-        newton: NewtonSettings::default(),
-    };
-    let minima = search(&transfer, &settings, |_| true).expect("minima");
-    assert!(minima[0].plan.cost <= plan.cost * (1.0 + 1e-6));
-    assert!(minima.len() > 1, "turns the other way round");
-    for minimum in &minima {
+    for minimum in &minima_of(&transfer, &plan) {
         assert!(fastest(&body, &transfer, &minimum.plan) < 1.0);
         assert_flown(&body, &transfer, &minimum.plan);
     }

@@ -10,13 +10,13 @@
 
 use lgvi_control::constraint::CommandLimit;
 use lgvi_control::{Actuation, Constraint, Dynamics, Transfer};
+use lgvi_dynamics::RigidBody;
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::thrusters::{Propellant, Thruster, Thrusters};
-use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::Vector3;
 
 use super::ManeuverError;
-use super::varied::brick;
+use super::varied::{at_rest, brick};
 use crate::random::Random;
 
 /// A maneuver by thrusters.
@@ -38,13 +38,7 @@ pub fn thrusted(seed: u64, index: u64, intervals: usize) -> Result<Thrusted, Man
     let random = &mut random;
     let body = brick(random)?;
     let gyration = (0.5 * body.inertia().matrix().trace() / body.mass()).sqrt();
-    let apart = random.log_uniform(0.3, 3.0) * random.direction();
-    let ends = [Vector3::x(), Vector3::x() + apart].map(|position| BodyState {
-        position,
-        linear_momentum: Vector3::zeros(),
-        attitude: random.rotation(),
-        angular_momentum: Vector3::zeros(),
-    });
+    let (apart, ends) = at_rest(random);
     let duration = random.log_uniform(1.0, 10.0);
 
     let turn = lgvi_lie::log(&ends[0].attitude.tr_mul(&ends[1].attitude));

@@ -137,6 +137,13 @@ fn crossing(
     intervals: usize,
 ) -> Result<Varied, ManeuverError> {
     let body = brick(random)?;
+    let (_, ends) = at_rest(random);
+    let duration = random.log_uniform(1.0, 10.0);
+    finish(random, family, body, 0.0, duration, intervals, ends)
+}
+
+/// Draws a way and two states of rest at its ends.
+pub(super) fn at_rest(random: &mut Random) -> (Vector3<f64>, [BodyState; 2]) {
     let apart = random.log_uniform(0.3, 3.0) * random.direction();
     let ends = [Vector3::x(), Vector3::x() + apart].map(|position| BodyState {
         position,
@@ -144,8 +151,7 @@ fn crossing(
         attitude: random.rotation(),
         angular_momentum: Vector3::zeros(),
     });
-    let duration = random.log_uniform(1.0, 10.0);
-    finish(random, family, body, 0.0, duration, intervals, ends)
+    (apart, ends)
 }
 
 /// Draws a transfer from one near-circular orbit to another, with the body x axis along the velocity at both ends.

@@ -12,8 +12,9 @@ use nix::{
     sys::resource::{Resource, getrlimit},
 };
 
-/// Bytes that are reserved at once, where the disk has them.
+/// Bytes that are reserved at once where the disk has them, and at least where it is nearly full.
 const STEP: u64 = 1 << 20;
+const SMALL_STEP: u64 = 4 << 10;
 
 /// Writes to a file until the first error, after which all that follows fails too: the file then has no gaps.
 pub(crate) struct Sink {
@@ -44,6 +45,8 @@ pub(crate) struct Reserve {
     pub file: Arc<File>,
     /// Up to where space is reserved.
     end: u64,
+    /// Bytes to be reserved at once.
+    step: u64,
     /// Largest size that the process may give a file.
     limit: u64,
     is_supported: bool,
@@ -55,6 +58,7 @@ impl Reserve {
         Self {
             file: Arc::new(file),
             end: 0,
+            step: STEP,
             limit: getrlimit(Resource::RLIMIT_FSIZE).map_or(u64::MAX, |(soft, _)| soft),
             is_supported: reserves,
         }
@@ -70,8 +74,9 @@ impl Reserve {
             return Ok(());
         }
         let start = self.end.max(written);
-        self.extend(start, end + STEP)
-            .or_else(|_| self.extend(start, end))
+        let step = self.step;
+        self.step = reserve(step, |ahead| self.extend(start, end + ahead))?;
+        Ok(())
     }
 
     fn extend(&mut self, start: u64, end: u64) -> io::Result<()> {
@@ -94,5 +99,56 @@ impl Reserve {
     pub fn release(&mut self, length: u64) -> io::Result<()> {
         self.end = 0;
         self.file.set_len(length)
+    }
+}
+
+/// Reserves `step` bytes ahead, or less where that fails, and gives the step to try the next time: on a disk that is nearly
+/// full a file system may take and give back page after page before it finds out that it has too few.
+fn reserve(mut step: u64, mut extend: impl FnMut(u64) -> io::Result<()>) -> io::Result<u64> {
+    while step >= SMALL_STEP {
+        if extend(step).is_ok() {
+            return Ok(STEP.min(2 * step));
+        }
+        step /= 2;
+    }
+    extend(0).map(|()| SMALL_STEP)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disk_is_filled_to_its_last_byte_with_few_attempts() {
+        for (disk, message) in [(2 << 20, 100), (10 << 20, 5000), (3 << 20, 2 << 20)] {
+            let (mut reserved, mut needed, mut step) = (0, 0, STEP);
+            let (mut attempts, mut bytes_tried) = (0, 0);
+            loop {
+                let end = needed + message;
+                if end > reserved {
+                    let extended = reserve(step, |ahead| {
+                        attempts += 1;
+                        bytes_tried += end + ahead - reserved;
+                        if end + ahead > disk {
+                            return Err(ErrorKind::StorageFull.into());
+                        }
+                        reserved = end + ahead;
+                        Ok(())
+                    });
+                    match extended {
+                        Ok(next) => step = next,
+                        Err(_) => break,
+                    }
+                }
+                needed = end;
+            }
+            assert!(disk - needed < message, "{needed} of {disk} bytes");
+            // The last page is reserved message by message.
+            assert!(
+                attempts <= 60 + 2 * (SMALL_STEP / message),
+                "{attempts} attempts"
+            );
+            assert!(bytes_tried < 6 * disk, "{bytes_tried} bytes for {disk}");
+        }
     }
 }

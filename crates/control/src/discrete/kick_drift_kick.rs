@@ -172,7 +172,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
 
     /// `τ G`: first derivatives of a kick at `state` by poses. A force that turns with the body, `R f`, has `−R S(f)` by
     /// the attitude.
-    #[inline]
+    #[inline(always)]
     pub(super) fn kick_gradient(
         &self,
         tau: f64,
@@ -190,7 +190,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
 
     /// Second derivatives by poses of the product of `weights` and the loads at `state`. A force that turns with the body has
     /// `½ (l fᵀ + f lᵀ) − l · f I` by the attitude, where `l` is its weight in the body frame.
-    #[inline]
+    #[inline(always)]
     pub(super) fn kick_curvature(
         &self,
         state: &BodyState,

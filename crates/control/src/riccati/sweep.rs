@@ -332,10 +332,8 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
             policy.constant = not_convex(&factor, row);
             return Err(NotConvex);
         }
-        let by_state: [Column<S, V>; L] = transposed(simd, &self.mixed);
-        let mut gradient = by_state[U];
-        let mut by_state: [Column<S, V>; U] = std::array::from_fn(|u| by_state[u]);
-        let mut by_conditions = self.by_conditions;
+        let mut by_state: [Column<S, V>; L] = transposed(simd, &self.mixed);
+        let by_conditions = &mut self.by_conditions;
         for k in 0..U {
             let (own, own_conditions) = (by_state[k], by_conditions[k]);
             for i in k + 1..U {
@@ -344,9 +342,9 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
                 constant[i] -= factor[k][i] * constant[k];
             }
         }
-        let mut state = by_state;
-        let mut conditions = by_conditions;
+        let mut gradient = by_state[U];
         let mut offset = load(simd, &cost.offset.data.0[0]);
+        let (mut state, mut conditions) = ([zero(simd); U], [zero(simd); U]);
         for u in 0..U {
             let reciprocal = -factor[u][u];
             state[u] = scaled(by_state[u], reciprocal);

@@ -1,8 +1,6 @@
 # Recipes of the project; `just ci` is what continuous integration runs.
 
-# The benchmarks are a workspace of their own, and so are object stores and the Python package.
-bench := "--manifest-path crates/bench/Cargo.toml"
-objects := "--manifest-path crates/objects/Cargo.toml"
+# The Python package is a workspace of its own.
 python := "--manifest-path python/Cargo.toml"
 
 # All that is optional is checked too.
@@ -27,7 +25,6 @@ patient-checks:
 # The sources are formatted.
 fmt:
     cargo fmt --all --check
-    cargo fmt {{bench}} --all --check
     cargo fmt {{python}} --check
 
 # Spelling and prose.
@@ -64,8 +61,6 @@ book-env:
 # No warning of the compiler or of clippy; without optional features it compiles, too.
 lint:
     cargo clippy --workspace --all-targets --locked {{all}} -- -D warnings
-    cargo clippy {{objects}} --all-targets --locked -- -D warnings
-    cargo clippy {{bench}} --workspace --all-targets --locked --features lgvi_bench/security -- -D warnings
     cargo clippy {{python}} --all-targets --locked --features shared -- -D warnings
     cargo check --locked
 
@@ -122,9 +117,9 @@ zenoh-peer:
 fuzz seconds="5":
     tests/fuzz/run {{seconds}}
 
-# No hot kernel takes more instructions than are kept for it, within 3 %.
+# No hot kernel takes more instructions than are kept for it, within 3 %. Built as the tests build it, once.
 instructions *arguments:
-    cargo build --release {{bench}} --workspace --bin lgvi_guard --locked --features lgvi_bench/security
+    cargo build --release --workspace --example fly --bin lgvi_guard --locked {{all}}
     "${CARGO_TARGET_DIR:-target}"/release/lgvi_guard {{arguments}}
 
 # The instructions that the hot kernels take now are kept.
@@ -132,7 +127,7 @@ instructions-update: (instructions "--update")
 
 # The trials of docs/stability.md in full.
 stress *family:
-    cargo run --release --locked {{bench}} -- stress {{family}}
+    cargo run --release --locked -p lgvi_bench -- stress {{family}}
 
 # How soon plans made in flight are there, ten times a second, on the machine as it is and on a loaded one. Four minutes.
 replanning *arguments:
@@ -154,4 +149,4 @@ schema:
 # All benchmarks beside all peers; replaces the tables and pictures of docs. Some 35 minutes, of a machine that does nothing else.
 bench *arguments:
     cargo build --release --locked --workspace
-    cargo run --release --locked {{bench}} -- all --python "$(python3 crates/bench/peers/environment.py)" --docs docs {{arguments}}
+    cargo run --release --locked -p lgvi_bench -- all --python "$(python3 crates/bench/peers/environment.py)" --docs docs {{arguments}}

@@ -29,6 +29,8 @@ struct Term<const U: usize> {
     matrix: SMatrix<f64, 3, U>,
     /// `h p`
     price: f64,
+    /// `h p/l`
+    weight: f64,
     /// `h p/(l β₀)`
     curvature: f64,
     /// True of one command that must not be negative.
@@ -62,10 +64,12 @@ impl<const U: usize> Fuel<U> {
             let mut matrix = SMatrix::<f64, 3, U>::zeros();
             let rows = selection.rows(first, count);
             matrix.rows_mut(0, count).copy_from(&rows);
+            let weight = h * actuation.weight()[(first, first)];
             Term {
                 matrix,
                 price: h * price.price,
-                curvature: h * actuation.weight()[(first, first)] / schedule.penalty.beta,
+                weight,
+                curvature: weight / schedule.penalty.beta,
                 one_sided: count == 1 && one_sided[first],
             }
         };
@@ -74,6 +78,22 @@ impl<const U: usize> Fuel<U> {
             rows: vec![Row::default(); terms.len() * transfer.intervals],
             terms,
         }
+    }
+
+    /// Makes this the first β.
+    pub(super) fn smooth_from(&mut self, beta: f64) {
+        for term in &mut self.terms {
+            term.curvature = term.weight / beta;
+        }
+    }
+
+    /// The least cost of a command that is at its limit for a step, `h p l`.
+    pub(super) fn least_at_limit(&self) -> f64 {
+        let costs = self
+            .terms
+            .iter()
+            .map(|term| term.price * term.price / term.weight);
+        costs.fold(f64::INFINITY, f64::min)
     }
 
     /// Sets the directions to those of the commands.

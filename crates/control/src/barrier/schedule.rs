@@ -79,6 +79,10 @@ pub(super) struct Schedule {
 
 /// Initial β, relative to the share of the cost per inequality.
 const FIRST: f64 = 0.1;
+/// The same of a smooth start, from where cheaper switching structures are found, and the highest relative to the cost of a
+/// command that is at its limit for a step.
+const SMOOTH: f64 = 3.0;
+const SMOOTHEST: f64 = 0.2;
 /// Initial and highest ρ, relative to the cost.
 const PRICES: [f64; 2] = [1e2, 1e6];
 /// Part of ρ at which a multiplier raises ρ to its highest value.
@@ -115,6 +119,12 @@ impl Schedule {
             solved: false,
             rough: 0,
         }
+    }
+
+    /// Starts at a larger β where a command that is at its limit for a step costs at least `at_limit`.
+    pub(super) fn start_smoothly(&mut self, at_limit: f64) {
+        let beta = (SMOOTH * self.share).min(SMOOTHEST * at_limit);
+        self.penalty.beta = self.penalty.beta.max(beta);
     }
 
     /// Starts at a smaller β, relative to the share of the cost per inequality.

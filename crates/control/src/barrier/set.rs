@@ -234,8 +234,17 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         in_interval(&self.commands, &self.restricts, &self.idle, interval)
     }
 
-    /// Initializes the multipliers for states `s_1 … s_N` and commands `w_1 … w_N`.
-    pub(crate) fn start(&mut self, states: &[BodyState], commands: &[SVector<f64, U>]) {
+    /// Initializes the multipliers for states `s_1 … s_N` and commands `w_1 … w_N`; fuel costs `smooth`ly at first.
+    pub(crate) fn start(
+        &mut self,
+        states: &[BodyState],
+        commands: &[SVector<f64, U>],
+        smooth: bool,
+    ) {
+        if let Some(fuel) = self.fuel.as_mut().filter(|_| smooth) {
+            self.schedule.start_smoothly(fuel.least_at_limit());
+            fuel.smooth_from(self.schedule.penalty.beta);
+        }
         self.each(states, commands, |penalty, row, value, _| {
             row.multiplier = penalty.start(value, SLACK);
         });

@@ -71,12 +71,12 @@ pub(crate) fn solve(
             Ok(found) => found,
             Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if !lighter => {
                 along = scaled.with_even_use(1.0);
-                lighter = true;
+                settling = Anderson::new(DAMPING, MEMORY);
+                (plan, lighter) = (None, true);
                 continue;
             }
             Err(error) => return Err(scaled.left_error(error)),
         };
-        lighter = true;
         let next = scaled.along(&found)?;
         let changes = along.changes(&next);
         violation = changes[0].max(changes[1]);

@@ -28,6 +28,8 @@ pub(super) struct Solver<'s, C> {
     pub(super) inherited: Option<Inherited>,
     /// The plan for a force that does not turn with the body, once it is known.
     pub(super) inertial: Option<Plan>,
+    /// True until a smooth start to minimum fuel has failed from the present start.
+    pub(super) smooth: bool,
     /// True until steps within the inequalities have failed from the present start.
     pub(super) within: bool,
     /// True if inequalities have made a step of the last attempt shorter.
@@ -96,6 +98,7 @@ impl<'s, C> Solver<'s, C> {
             smoothness: LAST_SMOOTHNESS,
             inherited: None,
             inertial: None,
+            smooth: true,
             within: true,
             limited: false,
         }

@@ -81,7 +81,7 @@ impl<C> Solver<'_, C> {
             Err((ended, newton)) => return Err(self.unsolved(ended, &newton.iterate)?),
         };
         let start = Newton::new(transfer.intervals, free.iterate.clone());
-        self.within = true;
+        (self.smooth, self.within) = (true, true);
         match self.impose(free, None, set) {
             Err(error @ (PlanError::NotFound { .. } | PlanError::NotConverged { .. })) => {
                 self.by_relaxation(start, error)
@@ -209,20 +209,25 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
     {
         let start = newton.iterate.clone();
-        let first = self.imposed(newton, known, set);
-        let again = self.within
-            && match first {
-                Err(PlanError::NotFound { .. }) => self.limited,
-                Err(PlanError::NotConverged { .. }) => true,
-                _ => false,
-            };
-        let mut best = if again {
-            self.within = false;
-            let newton = Newton::new(self.transfer.intervals, start);
-            self.imposed(newton, known, set)?
-        } else {
-            first?
+        let anew = || Newton::new(self.transfer.intervals, start.clone());
+        let is_missing = |found: &Result<_, _>| {
+            matches!(
+                found,
+                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. })
+            )
         };
+        let mut found = self.imposed(newton, known, set);
+        let fuel = self.transfer.actuation.minimizes_fuel();
+        if self.smooth && fuel && known.is_none() && is_missing(&found) {
+            self.smooth = false;
+            found = self.imposed(anew(), known, set);
+        }
+        let limited = self.limited || matches!(found, Err(PlanError::NotConverged { .. }));
+        if self.within && limited && is_missing(&found) {
+            self.within = false;
+            found = self.imposed(anew(), known, set);
+        }
+        let mut best = found?;
         for _ in 0..DESCENTS {
             if best.plan.certificate.sufficient {
                 break;
@@ -294,7 +299,7 @@ impl<C> Solver<'_, C> {
         }
         match known {
             Some(forces) => barrier.resume(&states[1..], commands, forces),
-            None => barrier.start(&states[1..], commands),
+            None => barrier.start(&states[1..], commands, self.smooth),
         }
         // Steps within the inequalities converge soon or not at all.
         let patience = if self.within { 1 } else { PATIENCE };

@@ -12,8 +12,9 @@ use nix::{
     sys::resource::{Resource, getrlimit},
 };
 
-/// Bytes that are reserved at once where the disk has them, and at least where it is nearly full.
+/// Bytes that are reserved ahead where the disk has them.
 const STEP: u64 = 1 << 20;
+/// The least that is reserved ahead. Where the disk has not even that, only what is needed is reserved.
 const SMALL_STEP: u64 = 4 << 10;
 
 /// Writes to a file until the first error, after which all that follows fails too: the file then has no gaps.

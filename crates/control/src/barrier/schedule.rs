@@ -79,9 +79,9 @@ pub(super) struct Schedule {
 
 /// Initial β, relative to the share of the cost per inequality.
 const FIRST: f64 = 0.1;
-/// The same of a smooth start, from where cheaper switching structures are found, and the highest relative to the cost of a
-/// command that is at its limit for a step.
+/// Initial β of a smooth start, relative to the share of the cost per inequality. It leads to cheaper switching structures.
 const SMOOTH: f64 = 3.0;
+/// Highest β that a smooth start raises it to, relative to the cost of a command that is at its limit for a step.
 const SMOOTHEST: f64 = 0.2;
 /// Initial and highest ρ, relative to the cost.
 const PRICES: [f64; 2] = [1e2, 1e6];

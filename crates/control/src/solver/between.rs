@@ -233,7 +233,7 @@ impl<C> Solver<'_, C> {
         let Some((newton, forces)) = self.known(plan)? else {
             return Ok(None);
         };
-        (self.smooth, self.within) = (true, true);
+        self.begin_anew();
         match self.impose(newton, Some(&forces), &tightened) {
             Ok(plan) => Ok(Some(plan)),
             Err(stopped @ PlanError::Stopped { .. }) => Err(stopped),

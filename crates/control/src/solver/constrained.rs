@@ -68,6 +68,7 @@ impl<C> Solver<'_, C> {
         if let Some(plan) = self.inertial_guess()? {
             let iterate = self.resampled(&plan)?;
             let newton = Newton::new(transfer.intervals, iterate);
+            self.begin_anew();
             match self.impose(newton, None, set) {
                 Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) => (),
                 done => return done,
@@ -81,13 +82,18 @@ impl<C> Solver<'_, C> {
             Err((ended, newton)) => return Err(self.unsolved(ended, &newton.iterate)?),
         };
         let start = Newton::new(transfer.intervals, free.iterate.clone());
-        (self.smooth, self.within) = (true, true);
+        self.begin_anew();
         match self.impose(free, None, set) {
             Err(error @ (PlanError::NotFound { .. } | PlanError::NotConverged { .. })) => {
                 self.by_relaxation(start, error)
             }
             done => done,
         }
+    }
+
+    /// Forgets what has failed: the next plan has another start.
+    pub(super) fn begin_anew(&mut self) {
+        (self.smooth, self.within) = (true, true);
     }
 
     /// Starts from a plan with its multipliers. If the plan has another number of intervals, only its path is used.

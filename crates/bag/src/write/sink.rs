@@ -75,8 +75,7 @@ impl Reserve {
             return Ok(());
         }
         let start = self.end.max(written);
-        let step = self.step;
-        self.step = reserve(step, |ahead| self.extend(start, end + ahead))?;
+        self.step = reserve(self.step, |ahead| self.extend(start, end + ahead))?;
         Ok(())
     }
 

@@ -69,7 +69,7 @@ pub(crate) fn solve(
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
         let found = match solve_stated(&stated, start, settings, &mut watch) {
             Ok(found) => found,
-            Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if !lighter => {
+            Err(error) if !lighter && error.is_missing() => {
                 along = scaled.with_even_use(1.0);
                 settling = Anderson::new(DAMPING, MEMORY);
                 (plan, lighter) = (None, true);

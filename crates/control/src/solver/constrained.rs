@@ -61,7 +61,7 @@ impl<C> Solver<'_, C> {
         let set = &transfer.inequalities;
         if let Start::Warm(plan) = start {
             match self.resumed(plan) {
-                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) if again => (),
+                Err(error) if again && error.is_missing() => (),
                 done => return done,
             }
         }
@@ -70,7 +70,7 @@ impl<C> Solver<'_, C> {
             let newton = Newton::new(transfer.intervals, iterate);
             self.begin_anew();
             match self.impose(newton, None, set) {
-                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. }) => (),
+                Err(error) if error.is_missing() => (),
                 done => return done,
             }
         }
@@ -84,9 +84,7 @@ impl<C> Solver<'_, C> {
         let start = Newton::new(transfer.intervals, free.iterate.clone());
         self.begin_anew();
         match self.impose(free, None, set) {
-            Err(error @ (PlanError::NotFound { .. } | PlanError::NotConverged { .. })) => {
-                self.by_relaxation(start, error)
-            }
+            Err(error) if error.is_missing() => self.by_relaxation(start, error),
             done => done,
         }
     }
@@ -216,12 +214,8 @@ impl<C> Solver<'_, C> {
     {
         let start = newton.iterate.clone();
         let anew = || Newton::new(self.transfer.intervals, start.clone());
-        let is_missing = |found: &Result<_, _>| {
-            matches!(
-                found,
-                Err(PlanError::NotFound { .. } | PlanError::NotConverged { .. })
-            )
-        };
+        let is_missing =
+            |found: &Result<_, PlanError>| found.as_ref().is_err_and(PlanError::is_missing);
         let mut found = self.imposed(newton, known, set);
         let fuel = self.transfer.actuation.minimizes_fuel();
         if self.smooth && fuel && known.is_none() && is_missing(&found) {

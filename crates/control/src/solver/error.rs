@@ -162,6 +162,11 @@ pub enum PlanError {
 }
 
 impl PlanError {
+    /// Whether no plan was found from this start, so that another may lead to one.
+    pub(crate) fn is_missing(&self) -> bool {
+        matches!(self, Self::NotFound { .. } | Self::NotConverged { .. })
+    }
+
     /// The error with its plan, if it has one, replaced by what `change` makes of it.
     pub(crate) fn with_plan(mut self, change: impl FnOnce(Plan) -> Option<Plan>) -> Self {
         if let Self::Between { best, .. }

@@ -14,8 +14,10 @@ Each line of the input is a request in JSON, each line of the output its answer:
 PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], initial and target {x, gamma, R, Pi}, constraints
 [{kind, ...}, ...] as INEQUALITIES reads them, and the guess {states: [{x, gamma, R, Pi}, ...], controls: [[6], ...]}, which
 every solve starts from. What is commanded is force and moment, {weights: [force 3x3, moment 3x3]}, or the thrusts of thrusters
-that turn with the body, {columns: [[force, moment per thrust in the body frame], ...], limits, prices, fuel: BOOL}, which
-only "controls" has, without gravity: there the steps are those of the LGVI, (3.22)-(3.26). A solve ends after `seconds` on the processor where IPOPT is asked.
+that turn with the body, {columns: [[force, moment per thrust in the body frame], ...], limits, prices, fuel: BOOL}, or the torques
+of its reaction wheels, {axes: [[3], ...], limits, prices, stored: [3]}, with the momentum that they store at the start. Those only
+"controls" has, without gravity: there the steps are those of the LGVI, (3.22)-(3.26), and of a gyrostat, whose position stays. A
+solve ends after `seconds` on the processor where IPOPT is asked.
 
 The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu or, for fuel,
 sum h prices'w, both ends fixed, the inequalities in each step or at its end. What was done to be fair to the peers:
@@ -54,7 +56,6 @@ import time
 import casadi as ca
 import numpy as np
 
-STATES = 12
 COMPILER = ["gcc", "-O3", "-march=native", "-fPIC", "-shared"]
 
 
@@ -161,15 +162,36 @@ class Thrusters:
         return np.clip(np.linalg.pinv(self.values) @ load, 0.02, 0.98)
 
 
+class Wheels(Thrusters):
+    """Torques of the motors of reaction wheels, in parts of their limits, which act on the wheels and oppositely on the body."""
+
+    bounds = (-1.0, 1.0)
+
+    def __init__(self, commanded, number, steps):
+        columns = [[0.0, 0.0, 0.0, *(-component for component in axis)] for axis in commanded["axes"]]
+        super().__init__(commanded | {"columns": columns, "fuel": False}, number, steps)
+        self.name, self.stored = "wheels", np.array(commanded["stored"])
+
+    def guess(self, load, attitude):
+        load = np.concatenate([attitude.T @ load[:3], load[3:]])
+        return np.clip(np.linalg.pinv(self.values) @ load, -0.98, 0.98)
+
+
+def commands(commanded, number, steps):
+    kinds = {"weights": Loads, "columns": Thrusters, "axes": Wheels}
+    kind = next(kind for key, kind in kinds.items() if key in commanded)
+    return kind(commanded, number, steps)
+
+
 class Stage:
     """What the choices of unknowns share: one step, symbolically.
 
-    Only the unknowns in `bounded` have bounds.
+    Only the unknowns in `bounded` have bounds. Of its `states` the last `ending` are given at the end of the flight.
 
     The problem's numbers are parameters, where they are not 0. What is compiled depends on `layout` alone.
     """
 
-    bounded = slice(0, 0)
+    bounded, states, ending = slice(0, 0), 12, 12
 
     def __init__(self, problem):
         self.layout, symbols, values = [], [], []
@@ -186,7 +208,7 @@ class Stage:
         self.inertia = number("inertia", problem["inertia"])
         commanded = problem["commanded"]
         steps = len(problem["guess"]["controls"])
-        self.commanded = (Loads if "weights" in commanded else Thrusters)(commanded, number, steps)
+        self.commanded = commands(commanded, number, steps)
         self.layout.append(self.commanded.name)
         points = problem["points"] if problem["gm"] != 0 else []
         self.points = [(number("point", mass), number("place", place)) for mass, *place in points]
@@ -199,6 +221,9 @@ class Stage:
         self.between, self.attitude = ca.SX.sym("between", 3), ca.SX.sym("attitude", 3, 3)
         self.parameters = ca.vertcat(self.between, ca.vec(self.attitude), self.numbers)
         self.state()
+
+    def coordinates(self, state, deviation):
+        return np.concatenate([state["x"], state["gamma"], deviation, self.spin(np.array(state["Pi"]))])
 
     def momentum(self, f):
         """Pi of F = Cay(f), (4.21)."""
@@ -263,7 +288,7 @@ class Stage:
 class Controls(Stage):
     def state(self):
         x, gamma, a, pi, f = vectors("x", "gamma", "a", "pi", "f")
-        u, following = ca.SX.sym("u", self.commanded.count), ca.SX.sym("following", STATES)
+        u, following = ca.SX.sym("u", self.commanded.count), ca.SX.sym("following", self.states)
         before, after = self.commanded.before, 1 - self.commanded.before
         push, torque = self.commanded.load(u, self.attitude @ cayley(self.between) @ cayley(a))
         begun_gamma, begun_pi = gamma + before * self.h * push, pi + before * self.h * torque
@@ -275,7 +300,7 @@ class Controls(Stage):
         implicit = self.h * (begun_pi - self.momentum(f))
         constraints = ca.vertcat(following - step, implicit)
         self.define(ca.vertcat(x, gamma, a, pi, u, f), following, u, constraints, f)
-        self.bounded = slice(STATES, STATES + self.commanded.count)
+        self.bounded = slice(self.states, self.states + self.commanded.count)
 
     def spin(self, pi):
         return pi
@@ -284,10 +309,35 @@ class Controls(Stage):
         return np.concatenate([self.commanded.guess(np.array(load), attitude), turn])
 
 
+class Slew(Controls):
+    """The states are the momentum that the wheels store, the attitude and the momentum of the body; the first is free at the end."""
+
+    states, ending = 9, 6
+
+    def state(self):
+        stored, a, pi, f = vectors("stored", "a", "pi", "f")
+        u, following = ca.SX.sym("u", self.commanded.count), ca.SX.sym("following", self.states)
+        half = self.h / 2 * self.commanded.load(u, self.attitude)[1]
+        begun, middle = pi + half, stored - half
+        next_a = composed(composed(self.between, a), f)
+        self.pose = ca.SX.zeros(3), self.attitude @ cayley(next_a)
+        next_pi = cayley(f).T @ (begun + middle) - middle + half
+        step = ca.vertcat(stored - 2 * half, next_a, next_pi)
+        square = ca.dot(f, f)
+        gyroscopic = (ca.cross(f, middle) - ca.dot(f, middle) * f - square * middle) / (1 + square)
+        implicit = self.h * (begun - self.momentum(f) - gyroscopic)
+        constraints = ca.vertcat(following - step, implicit)
+        self.define(ca.vertcat(stored, a, pi, u, f), following, u, constraints, f)
+        self.bounded = slice(self.states, self.states + self.commanded.count)
+
+    def coordinates(self, state, deviation):
+        return np.concatenate([self.commanded.stored, deviation, state["Pi"]])
+
+
 class Momenta(Stage):
     def state(self):
         x, gamma, a, f, next_gamma, next_f = vectors("x", "gamma", "a", "f", "next_gamma", "next_f")
-        following = ca.SX.sym("following", STATES)
+        following = ca.SX.sym("following", self.states)
         next_x, next_a, force, moment = self.drift(x, gamma, a, f)
         controls = self.inverse(gamma, f, next_gamma, next_f, force, moment)
         step = ca.vertcat(next_x, next_gamma, next_a, next_f)
@@ -308,7 +358,7 @@ class Momenta(Stage):
 class States(Momenta):
     def state(self):
         x, gamma, a, f = vectors("x", "gamma", "a", "f")
-        following = ca.SX.sym("following", STATES)
+        following = ca.SX.sym("following", self.states)
         next_x, next_a, force, moment = self.drift(x, gamma, a, f)
         controls = self.inverse(gamma, f, following[3:6], following[9:], force, moment)
         constraints = ca.vertcat(following[:3] - next_x, following[6:9] - next_a)
@@ -325,13 +375,14 @@ class Problem:
     """All stages: unknowns [s_0, v_0, s_1, v_1, ..., s_N]; constraints of stage 0, s_0, of the other stages, s_N."""
 
     def __init__(self, data, unknowns):
-        self.stage, self.name = UNKNOWNS[unknowns](data), unknowns
+        kind = Slew if "axes" in data["commanded"] else UNKNOWNS[unknowns]
+        self.stage, self.name, self.states, self.ending = kind(data), unknowns, kind.states, kind.ending
         states = data["guess"]["states"]
         self.n = len(states) - 1
         attitudes = [np.array(state["R"]) for state in states]
         coordinates = [self.coordinates(state, r) for state, r in zip(states, attitudes)]
         start = self.coordinates(data["initial"], attitudes[0])
-        end = self.coordinates(data["target"], attitudes[-1])
+        end = self.coordinates(data["target"], attitudes[-1])[-self.ending :]
         steps = list(zip(attitudes, attitudes[1:]))
         turns = [cayley_vector(r.T @ s) for r, s in steps]
         commands = map(self.stage.commands, data["guess"]["controls"], turns, coordinates[1:], attitudes[1:])
@@ -340,35 +391,35 @@ class Problem:
         between = [np.concatenate([cayley_vector(s.T @ r), s.flatten(order="F")]) for r, s in steps]
         self.of_stages = np.array([np.concatenate([own, self.stage.values]) for own in between])
         self.parameters = np.concatenate([self.of_stages.ravel(), start, end])
-        ends = np.zeros(STATES)
         own = [self.stage.least] * self.n
-        self.least = np.concatenate([own[0], ends, *own[1:], ends])
-        free = np.full(STATES, np.inf)
+        self.least = np.concatenate([own[0], 0 * start, *own[1:], 0 * end])
+        free = np.full(self.states, np.inf)
         self.bounds = [np.concatenate([*[self.stage.bounds(which)] * self.n, (2 * which - 1) * free]) for which in (0, 1)]
-        self.width = self.stage.width * self.n + STATES
-        self.height = self.stage.rows * self.n + 2 * STATES
+        self.width = self.stage.width * self.n + self.states
+        self.given = self.states + self.ending
+        self.height = self.stage.rows * self.n + self.given
 
     def coordinates(self, state, about):
-        deviation = cayley_vector(about.T @ np.array(state["R"]))
-        return np.concatenate([state["x"], state["gamma"], deviation, self.stage.spin(np.array(state["Pi"]))])
+        return self.stage.coordinates(state, cayley_vector(about.T @ np.array(state["R"])))
 
     def symbols(self):
         """Unknowns and parameters, whole and by stages; a stage's unknowns with the states that follow."""
         unknowns, parameters = ca.MX.sym("x", self.width), ca.MX.sym("p", len(self.parameters))
-        last = unknowns[-STATES:]
-        stages = ca.reshape(unknowns[:-STATES], self.stage.width, self.n)
-        following = ca.horzcat(stages[:STATES, 1:], last)
-        of_stages = ca.reshape(parameters[: -2 * STATES], -1, self.n)
+        last = unknowns[-self.states :]
+        stages = ca.reshape(unknowns[: -self.states], self.stage.width, self.n)
+        following = ca.horzcat(stages[: self.states, 1:], last)
+        of_stages = ca.reshape(parameters[: -self.given], -1, self.n)
         return [unknowns, parameters], [ca.vertcat(stages, following), of_stages]
 
     def constraints(self, unknowns, parameters, values):
-        ends = unknowns[:STATES] - parameters[-2 * STATES : -STATES], unknowns[-STATES:] - parameters[-STATES:]
+        start, end = parameters[-self.given : -self.ending], parameters[-self.ending :]
+        ends = unknowns[: self.states] - start, unknowns[-self.ending :] - end
         return ca.vertcat(values[:, 0], ends[0], ca.vec(values[:, 1:]), ends[1])
 
     def gradient(self, parts):
         """From the gradients of all stages, where those of the states that follow are added to the next stage's."""
         width = self.stage.width
-        rest = ca.MX.zeros(width - STATES, self.n)
+        rest = ca.MX.zeros(width - self.states, self.n)
         shifted = ca.vertcat(parts[width:, :], rest)
         before = ca.horzcat(ca.MX.zeros(width, 1), shifted[:, :-1])
         return ca.vertcat(ca.vec(parts[:width, :] + before), parts[width:, -1])
@@ -407,20 +458,20 @@ class Problem:
         cost, constraints = ca.sum2(costs), self.constraints(*inputs, values)
         gradient = self.gradient(stage.gradient().map(n)(*stages)[1])
 
-        rows = stage.rows * np.arange(n) + STATES * (np.arange(n) > 0)
-        i = np.arange(STATES)
-        ends = [(stage.rows + i, i), (self.height - STATES + i, self.width - STATES + i)]
+        rows = stage.rows * np.arange(n) + self.states * (np.arange(n) > 0)
+        i, j = np.arange(self.states), np.arange(-self.ending, 0)
+        ends = [(stage.rows + i, i), (self.height + j, self.width + j)]
         values, blocks = stage.jacobian().map(n)(*stages)
         pattern = stage.jacobian().sparsity_out(1)
         jacobian = self.placed(pattern, rows, blocks.nz[:], lambda row, _: row >= 0, ends)
         first = [self.constraints(*inputs, values), jacobian]
 
         dual = [*inputs, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.height)]
-        of_stages = [dual[3][: stage.rows], dual[3][stage.rows + STATES : -STATES]]
+        of_stages = [dual[3][: stage.rows], dual[3][stage.rows + self.states : -self.ending]]
         multipliers = ca.reshape(ca.vertcat(*of_stages), stage.rows, n)
         parts, blocks = stage.hessian().map(n)(*stages, ca.repmat(dual[2], 1, n), multipliers)
-        between = ca.MX.zeros(self.width - 2 * STATES)
-        ends = ca.vertcat(dual[3][stage.rows : stage.rows + STATES], between, dual[3][-STATES:])
+        between = ca.MX.zeros(self.width - self.given)
+        ends = ca.vertcat(dual[3][stage.rows : stage.rows + self.states], between, dual[3][-self.ending :])
         dual_gradient = self.gradient(parts) + ends
         keep = (lambda row, column: row <= column) if triangular else (lambda row, _: row >= 0)
         pattern = stage.hessian().sparsity_out(1)
@@ -464,13 +515,13 @@ class Problem:
                 inner["max_cpu_time"] = seconds
         else:
             names = ("tolerance",)
-            others = self.stage.rows - STATES
+            others = self.stage.rows - self.states
             structure = {
                 "structure_detection": "manual",
                 "N": self.n,
-                "nx": [STATES] * (self.n + 1),
-                "nu": [self.stage.width - STATES] * self.n + [0],
-                "ng": [others + STATES] + [others] * (self.n - 1) + [STATES],
+                "nx": [self.states] * (self.n + 1),
+                "nu": [self.stage.width - self.states] * self.n + [0],
+                "ng": [others + self.states] + [others] * (self.n - 1) + [self.ending],
                 "equality": [bool(least == 0) for least in self.least],
             }
         if tolerance is not None:
@@ -500,8 +551,8 @@ class Problem:
         }
 
     def controls(self, unknowns):
-        stages = unknowns[:-STATES].reshape(self.n, -1)
-        following = np.vstack([stages[1:, :STATES], unknowns[-STATES:]])
+        stages = unknowns[: -self.states].reshape(self.n, -1)
+        following = np.vstack([stages[1:, : self.states], unknowns[-self.states :]])
         controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, self.of_stages.T)
         return (np.array(controls).T * self.stage.commanded.unit).tolist()
 

@@ -126,9 +126,10 @@ enum Command {
         #[arg(long, default_value_t = 100)]
         steps: usize,
     },
-    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers by thrusters, at least energy and at minimum fuel.
-    Thrusted {
-        /// How many of each cost, from the first on.
+    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers by thrusters, at least energy and at minimum fuel, and on random
+    /// turns by reaction wheels.
+    Actuators {
+        /// How many of each kind, from the first on.
         #[arg(long, default_value_t = 30)]
         count: u64,
         /// Of the generator.
@@ -242,8 +243,8 @@ fn dispatch(
         Command::Varied { count, seed, steps } => {
             planner::varied(count, seed, steps, python, output)
         }
-        Command::Thrusted { count, seed, steps } => {
-            planner::thrusted(count, seed, steps, python, output)
+        Command::Actuators { count, seed, steps } => {
+            planner::actuators(count, seed, steps, python, output)
         }
         Command::Bodies { quick } => bodies::run(quick, python, repeats, output),
         Command::Polyhedra => polyhedra::run(repeats, output),

@@ -1,5 +1,6 @@
 //! The planner beside CasADi's solvers on the same discrete problem; its time against the number of steps; re-planning.
 
+mod actuators;
 mod beside;
 mod case;
 mod guess;
@@ -9,7 +10,6 @@ mod peers;
 mod replan;
 mod sample;
 mod scaling;
-mod thrusted;
 mod varied;
 
 use std::path::Path;
@@ -19,8 +19,8 @@ use serde::Serialize;
 
 use crate::error::{BenchError, write_json};
 use crate::peer::Python;
+pub(crate) use actuators::run as actuators;
 use case::Case;
-pub(crate) use thrusted::run as thrusted;
 pub(crate) use varied::run as varied;
 
 /// The scenes with the two maneuvers of §4.7.

@@ -19,6 +19,7 @@ use crate::goals::Goal;
 use crate::messages;
 use crate::monitor::Monitor;
 use crate::outlet::{Outlet, PATIENCE};
+use crate::prediction::Used;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
 use crate::solver::{Iteration, NOT_MINIMUM, Phased, Reason, Solved, Task, Unsolved};
@@ -56,8 +57,8 @@ pub(crate) struct Planner {
     pub(crate) waiting: Option<Goal>,
     /// What has been published, the last ones, in the order of their first steps.
     pub(crate) sequences: Vec<Sequence>,
-    /// The propellant that was used before the first of them.
-    pub(crate) used_before: f64,
+    /// What those before the first of them have used.
+    pub(crate) used_before: Used,
     /// The one of them that the flight begins with, whenever it begins anew.
     pub(crate) initial: Option<Sequence>,
     /// The flight's course that they are for.
@@ -255,10 +256,7 @@ impl Planner {
         if self.sequences.len() == SEQUENCES {
             let gone = self.sequences.remove(0);
             let next = self.sequences.first().unwrap_or(&gone).first_step;
-            let body = &self.scene.bodies[self.maneuver.body].body;
-            if let Some(thrusters) = body.thrusters() {
-                self.used_before += gone.propellant_used(&self.scene, thrusters, next);
-            }
+            self.used_before.add(&self.scene, &gone, next);
         }
         self.sequences.push(sequence.clone());
         if first_step == 0 {

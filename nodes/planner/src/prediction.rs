@@ -1,11 +1,11 @@
 use std::fmt::Display;
 
-use lgvi_dynamics::thrusters::Thrusters;
-use lgvi_dynamics::{ActuatorStates, BodyState, Load};
-use lgvi_scene::{Commands, NamedBody, Scene, Scheme};
+use lgvi_dynamics::{ActuatorStates, Load, RigidBody};
+use lgvi_scene::{Commands, Scene, Scheme};
 
 use crate::follower::Observed;
 use crate::sequence::Sequence;
+use crate::solver::Predicted;
 
 /// What the flight was heard of last, and what will act on it.
 #[derive(Clone, Debug)]
@@ -16,23 +16,41 @@ pub(crate) struct Forecast {
     pub(crate) from: Observed,
     /// What has been published, in the order of the first steps.
     pub(crate) sequences: Vec<Sequence>,
-    /// The propellant that was used before the first of these sequences.
-    pub(crate) used_before: f64,
+    /// What the sequences before these have used.
+    pub(crate) used_before: Used,
+}
+
+/// What sequences have used of the actuators of their body.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Used {
+    /// Mass of propellant.
+    propellant: f64,
+    /// Impulses of the motors of the wheels, empty before the first.
+    impulses: Vec<f64>,
+}
+
+impl Used {
+    /// Adds what `sequence` uses before the step `end`.
+    pub(crate) fn add(&mut self, scene: &Scene, sequence: &Sequence, end: u64) {
+        if let Some(thrusters) = scene.bodies[sequence.body].body.thrusters() {
+            self.propellant += sequence.propellant_used(scene, thrusters, end);
+        }
+        let impulses = sequence.wheel_impulses(scene, end);
+        self.impulses.resize(impulses.len(), 0.0);
+        for (sum, impulse) in self.impulses.iter_mut().zip(impulses) {
+            *sum += impulse;
+        }
+    }
 }
 
 impl Forecast {
-    /// The state of `body` at `step` of the flight, and the propellant that it has left if it has any: flown on by the scene's
-    /// own scheme from where it was heard of last, under the sequences that have been published, without disturbance. Each acts
-    /// from its first step on, the last first. Propellant has flowed out under them from the start.
+    /// What is known of `body` at `step` of the flight: flown on by the scene's own scheme from where it was heard of last, under
+    /// the sequences that have been published, without disturbance. Each acts from its first step on, the last first. Propellant
+    /// has flowed out under them from the start, and motors have exerted their torques on wheels.
     ///
     /// # Errors
     /// Why nobody can say it: the flight is past it, or the steps until then cannot be made.
-    pub(crate) fn state(
-        &self,
-        scene: &Scene,
-        body: usize,
-        step: u64,
-    ) -> Result<(BodyState, Option<f64>), String> {
+    pub(crate) fn of(&self, scene: &Scene, body: usize, step: u64) -> Result<Predicted, String> {
         let Self {
             scheme,
             from,
@@ -53,12 +71,8 @@ impl Forecast {
             .simulation_from(states, *scheme)
             .map_err(|error| fail(&error))?;
         let mut actuators = ActuatorStates::of(simulation.system());
-        let with_thrusters = |named: &&NamedBody| named.body.thrusters().is_some();
-        let place = scene.bodies[..body].iter().filter(with_thrusters).count();
-        if let Some(left) = actuators.propellants.get_mut(place) {
-            *left = self.propellant_left(scene, body, reached);
-            simulation.set_actuator_states(&actuators);
-        }
+        self.set_used(scene, body, &mut actuators);
+        simulation.set_actuator_states(&actuators);
         let mut loads = vec![Load::default(); scene.bodies.len()];
         for step in reached..step {
             let state = &simulation.states()[body];
@@ -69,14 +83,13 @@ impl Forecast {
                 Some((Commands::Thrusters, thrust)) => {
                     simulation.set_thruster_commands(body, &thrust);
                 }
-                // A plan for wheels begins with the flight, of which nothing is forecast then.
-                Some((Commands::Loads | Commands::Wheels, _)) | None => (),
+                Some((Commands::Wheels, torques)) => simulation.set_wheel_commands(body, &torques),
+                Some((Commands::Loads, _)) | None => (),
             }
             simulation.advance(&loads).map_err(|error| fail(&error))?;
         }
-        let thrusters = simulation.system().bodies()[body].thrusters();
-        let left = thrusters.map(Thrusters::propellant_left);
-        Ok((simulation.states()[body], left))
+        let flown = &simulation.system().bodies()[body];
+        Ok(Predicted::of(flown, simulation.states()[body]))
     }
 
     /// What the newest sequence asks thrusters or wheels for during a step.
@@ -85,18 +98,26 @@ impl Forecast {
         newest.find_map(|sequence| Some((sequence.commands, sequence.efforts(step)?)))
     }
 
-    /// The propellant that `body` has left at a step, under the sequences from the start.
-    fn propellant_left(&self, scene: &Scene, body: usize, step: u64) -> f64 {
-        let Some(thrusters) = scene.bodies[body].body.thrusters() else {
-            return 0.0;
-        };
+    /// Takes from the actuators of `body` what the sequences have used until the last state that was heard.
+    fn set_used(&self, scene: &Scene, body: usize, actuators: &mut ActuatorStates) {
+        let reached = self.from.step;
         let later = self.sequences.iter().skip(1).map(|next| next.first_step);
-        let ends = later.chain([step]).map(|end| end.min(step));
-        let each = self.sequences.iter().zip(ends);
-        let used: f64 = each
-            .map(|(sequence, end)| sequence.propellant_used(scene, thrusters, end))
-            .sum();
-        (thrusters.propellant().mass - self.used_before - used).max(0.0)
+        let ends = later.chain([reached]).map(|end| end.min(reached));
+        let mut used = self.used_before.clone();
+        for (sequence, end) in self.sequences.iter().zip(ends) {
+            used.add(scene, sequence, end);
+        }
+        let before = || scene.bodies[..body].iter().map(|named| &named.body);
+        let thrusted = before().filter_map(RigidBody::thrusters).count();
+        if let Some(left) = actuators.propellants.get_mut(thrusted) {
+            *left = (*left - used.propellant).max(0.0);
+        }
+        let wheels = before().filter_map(RigidBody::wheels);
+        let wheels = wheels.map(|wheels| wheels.wheels().len()).sum();
+        let wheels = actuators.wheels.iter_mut().skip(wheels);
+        for (wheel, impulse) in wheels.zip(used.impulses) {
+            wheel.momentum += impulse;
+        }
     }
 }
 
@@ -105,6 +126,7 @@ mod tests {
     use std::time::Instant;
 
     use lgvi_control::miss;
+    use lgvi_dynamics::BodyState;
     use lgvi_propagator::{Controls, Flight};
 
     use super::*;
@@ -172,14 +194,14 @@ mod tests {
             scheme: scene.scheme().unwrap(),
             from: heard.unwrap(),
             sequences: sequences.into(),
-            used_before: 0.0,
+            used_before: Used::default(),
         };
-        let (predicted, _) = forecast.state(&scene, 0, 90).unwrap();
+        let predicted = forecast.of(&scene, 0, 90).unwrap().state;
         let error = miss(&flight.states()[0], &predicted).norm();
         assert!(error < 1e-14, "{error:e}");
         let planned = miss(&forecast.sequences[1].plan.states[30], &predicted).norm();
         assert!(planned > 1e-6, "the start was disturbed: {planned:e}");
-        let error = forecast.state(&scene, 0, 39).unwrap_err();
+        let error = forecast.of(&scene, 0, 39).unwrap_err();
         assert_eq!(error, "the flight has reached step 40, expected at most 39");
     }
 
@@ -203,7 +225,7 @@ mod tests {
                         at: Instant::now(),
                     },
                     sequences: sequences.clone(),
-                    used_before: 0.0,
+                    used_before: Used::default(),
                 };
                 let last = sequences.last().unwrap();
                 let task = Task {
@@ -243,6 +265,26 @@ mod tests {
         }
     }
 
+    /// A satellite whose wheels spin begins with another attitude and rate than the first plan expects. Plans made in flight
+    /// count on what their wheels store by then.
+    #[test]
+    fn a_satellite_that_begins_otherwise_is_turned_by_its_wheels() {
+        let text = include_str!("../../../scenes/wheel_slew_plan.toml");
+        let text = text.replace("steps = 600", "steps = 60").replace(
+            "commands = \"wheels\"",
+            "commands = \"wheels\"\nreplan = { every = 9, deadline = 1.0 }",
+        );
+        for seed in 1..7 {
+            let disturbed = format!(
+                "{text}\n[disturbance]\nseed = {seed}\nattitude = 0.02\nangular_velocity = 5e-4\n"
+            );
+            let scene = Scene::parse("test", &disturbed).unwrap();
+            let [seen, unseen] = [Some(9), None].map(|every| flown(&scene, every));
+            assert!(seen < 1e-9, "seed {seed}: {seen:e}");
+            assert!(unseen > 1e-2, "seed {seed}: {unseen:e}");
+        }
+    }
+
     /// The scene turns too far for a step of its own, and cuts it.
     #[test]
     fn steps_that_the_flight_cuts_are_cut() {
@@ -262,9 +304,9 @@ mod tests {
                 scheme: scene.scheme().unwrap(),
                 from,
                 sequences: Vec::new(),
-                used_before: 0.0,
+                used_before: Used::default(),
             };
-            forecast.state(scene, 0, 5).map(|(state, _)| state)
+            forecast.of(scene, 0, 5).map(|predicted| predicted.state)
         };
         let scene = Scene::parse("test", &fast).unwrap();
         let mut flight = scene.simulation(scene.scheme().unwrap()).unwrap();

@@ -13,6 +13,7 @@ use crate::goals;
 use crate::monitor::Monitor;
 use crate::outlet::Outlet;
 use crate::planner::Planner;
+use crate::prediction::Used;
 use crate::replanner::Replanner;
 use crate::worker::Worker;
 
@@ -96,7 +97,7 @@ impl Managed for Planner {
             current: None,
             waiting: None,
             sequences: Vec::new(),
-            used_before: 0.0,
+            used_before: Used::default(),
             initial: None,
             course: 0,
             maneuver,

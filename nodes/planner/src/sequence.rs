@@ -161,6 +161,18 @@ impl Sequence {
         scene.h() * commands.map(flow).sum::<f64>()
     }
 
+    /// The impulses of the motors of a body's wheels before the step `end`; empty if it does not command wheels.
+    pub(crate) fn wheel_impulses(&self, scene: &Scene, end: u64) -> Vec<f64> {
+        if self.commands != Commands::Wheels {
+            return Vec::new();
+        }
+        let steps = usize::try_from(end.saturating_sub(self.first_step)).unwrap_or(usize::MAX);
+        let torques: Command = self.plan.commands.iter().take(steps).sum();
+        self.efforts_of(&torques)
+            .map(|sum| scene.h() * sum)
+            .collect()
+    }
+
     /// The force and moment that it lets act during `step` on a body in `state`; `None` before its first step.
     pub(crate) fn at(&self, step: u64, state: &BodyState) -> Option<Load> {
         let interval = self.interval(step)?;
@@ -222,7 +234,7 @@ mod tests {
 
     use super::*;
     use crate::follower::Observed;
-    use crate::prediction::Forecast;
+    use crate::prediction::{Forecast, Used};
     use crate::solver::{End, Guess, Initial, Task, solve};
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
@@ -318,7 +330,7 @@ mod tests {
                 at: Instant::now(),
             },
             sequences: vec![first.clone()],
-            used_before: 0.0,
+            used_before: Used::default(),
         };
         let task = Task {
             first_step: 20,
@@ -376,7 +388,7 @@ mod tests {
         let state = whole.solution().states[20];
         let later = crate::plan_rest(&scene, (20, state), Some(&whole), &mut |_| true);
         let error = later.unwrap_err().to_string();
-        assert!(error.contains("begin only at step 0"), "{error}");
+        assert!(error.contains("begin only at step 0 here"), "{error}");
         // What the wheels store has no place in them at the new attitude.
         let fast = text.replace("\nspeed = 150.0", "\nspeed = 219.0");
         let fast = Scene::parse("test", &fast).unwrap();

@@ -6,6 +6,7 @@ use lgvi_control::constraint::{Corridor, KeepOutCone, KeepOutSphere, NormLimit, 
 use lgvi_control::{Constraint, Transfer};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::thrusters::{Thruster, Thrusters};
+use lgvi_dynamics::wheels::Wheels;
 use lgvi_dynamics::{BodyState, Load, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 use serde::{Deserialize, Serialize};
@@ -55,8 +56,8 @@ pub(crate) const VARIED: [Solver; 3] = [
     Solver::new("fatrop, momenta", "fatrop", "momenta", true, None),
 ];
 
-/// What maneuvers by thrusters are solved by. Their commands follow from no states alone, so that those are the unknowns.
-pub(crate) const THRUSTED: [Solver; 2] = [
+/// What maneuvers by thrusters and by wheels are solved by. Their commands follow from no states alone, so that those are the unknowns.
+pub(crate) const ACTUATED: [Solver; 2] = [
     Solver::new("IPOPT", "ipopt", "controls", true, None).within(PATIENCE),
     Solver::new("fatrop", "fatrop", "controls", true, None),
 ];
@@ -169,6 +170,8 @@ pub(crate) enum Commanded<'p> {
     Loads { weights: [Matrix3<f64>; 2] },
     /// One-sided thrusters of the body, with a weight each, or a price where the cost is that of fuel.
     Thrusters { prices: &'p [f64], fuel: bool },
+    /// The body's reaction wheels, with a weight each.
+    Wheels { weights: &'p [f64] },
 }
 
 /// A problem to be stated to the peers.
@@ -270,6 +273,17 @@ impl Commanded<'_> {
                     "limits": thrusters.iter().map(|thruster| thruster.thrust).collect::<Vec<_>>(),
                     "prices": prices,
                     "fuel": fuel,
+                })
+            }
+            Self::Wheels { weights } => {
+                let wheels = body.wheels().map_or(&[][..], Wheels::wheels);
+                let axes = wheels.iter().map(|wheel| wheel.axis.as_slice());
+                let limits = wheels.iter().map(|wheel| wheel.max_torque);
+                json!({
+                    "axes": axes.collect::<Vec<_>>(),
+                    "limits": limits.collect::<Vec<_>>(),
+                    "prices": weights,
+                    "stored": body.wheels().map(|wheels| wheels.momentum().as_slice().to_vec()),
                 })
             }
         }

@@ -9,7 +9,7 @@ use lgvi_msgs::msg::PlanProgress;
 use tracing::{info, warn};
 
 use super::{Current, Origin, Planner, Purpose};
-use crate::prediction::Forecast;
+use crate::prediction::{Forecast, Used};
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
 use crate::solver::{
@@ -39,7 +39,7 @@ impl Planner {
             scheme: self.scheme,
             from: latest.clone(),
             sequences: self.sequences.clone(),
-            used_before: self.used_before,
+            used_before: self.used_before.clone(),
         };
         Ok(Task {
             first_step,
@@ -134,7 +134,7 @@ impl Planner {
         self.course = self.follower.course();
         info!("the flight has restarted");
         self.sequences = self.initial.iter().cloned().collect();
-        self.used_before = 0.0;
+        self.used_before = Used::default();
         if let Some(replanner) = &mut self.replanner {
             replanner.begin_anew();
         }

@@ -18,7 +18,9 @@ use lgvi_control::{
     Certificate, Minimum, NewtonSettings, Phase, Plan, PlanError, Progress, SearchSettings, Start,
     Transfer, Winding,
 };
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::thrusters::Thrusters;
+use lgvi_dynamics::wheels::Wheels;
+use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_scene::{Commands, FinalTime, Maneuver, Minimize, Scene, Search, Solver, SolverMethod};
 use tracing::info;
 
@@ -27,9 +29,9 @@ use self::violated::Violated;
 use crate::prediction::Forecast;
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
-const LATER: &str = "a plan for wheels can begin only at step 0: their momenta later are not known";
+const LATER: &str =
+    "a plan for wheels can begin only at step 0 here: their momenta later are not known";
 const LIGHTER: &str = "a plan that uses propellant can begin only at step 0 here: how much is left later is not known";
-
 const LATER_PHASES: &str = "the lengths of the phases are found for the whole maneuver only: a later plan keeps those of an earlier one";
 
 /// What is said of a plan whose certificate is not sufficient.
@@ -84,6 +86,29 @@ pub(crate) enum Initial {
     /// That in which the flight will be.
     #[cfg(feature = "node")]
     Forecast(Box<Forecast>),
+}
+
+/// The state of a body at the start of a plan, with what its actuators are in.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Predicted {
+    /// The state of the body.
+    pub(crate) state: BodyState,
+    /// The propellant that it has left, if it has any.
+    pub(crate) propellant: Option<f64>,
+    /// The axial momenta of its wheels.
+    pub(crate) wheel_momenta: Vec<f64>,
+}
+
+impl Predicted {
+    /// Of a body with these actuators in this state.
+    pub(crate) fn of(body: &RigidBody, state: BodyState) -> Self {
+        let wheels = body.wheels().into_iter().flat_map(Wheels::states);
+        Self {
+            state,
+            propellant: body.thrusters().map(Thrusters::propellant_left),
+            wheel_momenta: wheels.map(|wheel| wheel.momentum).collect(),
+        }
+    }
 }
 
 /// An earlier plan, of which a part will have been flown.
@@ -260,36 +285,32 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
     let refused = |error: &dyn Display| Unsolved::new(Reason::Refused, error);
-    if maneuver.commands() == Commands::Wheels && task.first_step > 0 {
-        return Err(Unsolved::new(Reason::Refused, LATER));
-    }
     if maneuver.separation.is_some() {
         return formation::solve(scene, maneuver, task, observe);
     }
-    let (initial, propellant, maneuver) = match &task.initial {
-        Initial::State(_) if maneuver.uses_propellant(scene) && task.first_step > 0 => {
-            return Err(Unsolved::new(Reason::Refused, LIGHTER));
+    let (initial, maneuver) = match &task.initial {
+        Initial::State(state) => {
+            check_known(scene, maneuver, task.first_step)?;
+            let body = &scene.bodies[maneuver.body].body;
+            (Predicted::of(body, *state), Cow::Borrowed(maneuver))
         }
-        Initial::State(state) => (*state, None, Cow::Borrowed(maneuver)),
         #[cfg(feature = "node")]
         Initial::Forecast(forecast) => {
-            let state = forecast.state(scene, maneuver.body, task.first_step);
-            let (state, propellant) = state.map_err(|error| refused(&error))?;
+            let predicted = forecast.of(scene, maneuver.body, task.first_step);
+            let predicted = predicted.map_err(|error| refused(&error))?;
             let now = lgvi_scene::Seen {
                 step: forecast.from.step,
                 states: forecast.from.states.clone(),
             };
             let seen = scene.maneuver_seen(&[now]);
             let seen = seen.map_err(|error| refused(&error))?;
-            let maneuver = seen.map_or(Cow::Borrowed(maneuver), Cow::Owned);
-            (state, propellant, maneuver)
+            (predicted, seen.map_or(Cow::Borrowed(maneuver), Cow::Owned))
         }
     };
     let problem = Problem {
         scene,
         maneuver: &maneuver,
-        initial,
-        propellant,
+        initial: &initial,
     };
     let mut solved = match task.end {
         End::After(_) if task.finds_phases(&maneuver) => {
@@ -329,29 +350,47 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     Ok(solved)
 }
 
+/// Refuses plans from a later state if the actuators are not known there.
+fn check_known(scene: &Scene, maneuver: &Maneuver, first_step: u64) -> Result<(), Unsolved> {
+    let unknown = [
+        (maneuver.commands() == Commands::Wheels, LATER),
+        (maneuver.uses_propellant(scene), LIGHTER),
+    ];
+    match unknown
+        .iter()
+        .find(|(unknown, _)| *unknown && first_step > 0)
+    {
+        Some((_, why)) => Err(Unsolved::new(Reason::Refused, why)),
+        None => Ok(()),
+    }
+}
+
 /// The maneuver of a scene, from a state.
 #[derive(Clone, Copy)]
 struct Problem<'p> {
     scene: &'p Scene,
     /// That of the scene, or as it is seen in flight.
     maneuver: &'p Maneuver,
-    initial: BodyState,
-    /// The propellant that is left there, if that is not what the scene begins with.
-    propellant: Option<f64>,
+    initial: &'p Predicted,
 }
 
 impl Problem<'_> {
     /// The transfer whose phases after the first begin at the steps `switches` of the run.
     fn transfer(&self, intervals: usize, switches: &[u64]) -> Result<Transfer, Unsolved> {
-        let transfer = self
-            .scene
-            .transfer_of(self.maneuver, self.initial, intervals, switches);
-        let left = self.propellant;
-        match left.filter(|_| self.maneuver.uses_propellant(self.scene)) {
-            Some(left) => transfer.and_then(|transfer| transfer.with_propellant(left)),
-            None => transfer,
-        }
-        .map_err(|error| Unsolved::new(Reason::Refused, error))
+        let Self {
+            scene,
+            maneuver,
+            initial,
+        } = self;
+        let transfer = scene.transfer_of(maneuver, initial.state, intervals, switches);
+        let with_propellant = |transfer: Transfer| match initial.propellant {
+            Some(left) if maneuver.uses_propellant(scene) => transfer.with_propellant(left),
+            _ => Ok(transfer),
+        };
+        transfer
+            .and_then(with_propellant)
+            .and_then(|transfer| transfer.with_wheel_momenta(&initial.wheel_momenta))
+            .map_err(|error| Unsolved::new(Reason::Refused, error))
     }
 
     /// Solves one transfer with these switches.

@@ -36,10 +36,12 @@ mod orbit;
 mod rest;
 mod thrusted;
 mod varied;
+mod wheeled;
 
 use lgvi_control::{Actuation, ActuationError, ParameterError, Transfer, TransferError};
 use lgvi_dynamics::gravity::{Field, Sources};
 use lgvi_dynamics::thrusters::ThrusterError;
+use lgvi_dynamics::wheels::WheelError;
 use lgvi_dynamics::{BodyError, BodyState, InertiaError, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
@@ -47,6 +49,7 @@ use thiserror::Error;
 use crate::random::Random;
 pub use thrusted::{Thrusted, thrusted};
 pub use varied::{Family, Varied, varied};
+pub use wheeled::{Wheeled, wheeled};
 
 /// The seed of the published success rates.
 pub const SEED: u64 = 1;
@@ -98,6 +101,9 @@ pub enum ManeuverError {
     /// The thrusters are invalid.
     #[error(transparent)]
     Thrusters(#[from] ThrusterError),
+    /// The wheels are invalid.
+    #[error(transparent)]
+    Wheels(#[from] WheelError),
     /// The weights are invalid.
     #[error(transparent)]
     Actuation(#[from] ActuationError),

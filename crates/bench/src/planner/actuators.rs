@@ -1,0 +1,94 @@
+//! The planner beside CasADi's solvers on random maneuvers by one-sided thrusters, at least energy and at minimum fuel, and on random
+//! turns by reaction wheels.
+
+use std::path::Path;
+
+use lgvi_control::Transfer;
+use lgvi_dynamics::integrator::Rotor;
+use lgvi_dynamics::{Load, Method, MethodError, RigidBody, Simulation, StepError, System};
+use lgvi_truth::maneuvers::{Thrusted, Wheeled, thrusted, wheeled};
+
+use super::beside::{self, Drawn};
+use super::peer::{ACTUATED, Commanded, Stated};
+use crate::error::BenchError;
+use crate::peer::Python;
+
+/// Tries the first `count` maneuvers of `seed` in so many steps of each kind; keeps `thrusters_<steps>.json`, `fuel_<steps>.json` and
+/// `wheels_<steps>.json`, and the tables of those names.
+pub(crate) fn run(
+    count: u64,
+    seed: u64,
+    intervals: usize,
+    python: Option<&Python>,
+    directory: &Path,
+) -> Result<(), BenchError> {
+    for (fuel, name) in [(false, "thrusters"), (true, "fuel")] {
+        let draw = |index| thrusted(seed, 2 * index + u64::from(fuel), intervals);
+        let tried = beside::try_all(count, python, &ACTUATED, draw)?;
+        beside::keep((name, seed, intervals), &ACTUATED, tried, directory)?;
+    }
+    let draw = |index| wheeled(seed, index, intervals);
+    let tried = beside::try_all(count, python, &ACTUATED, draw)?;
+    beside::keep(("wheels", seed, intervals), &ACTUATED, tried, directory)
+}
+
+impl Drawn for Thrusted {
+    fn family(&self) -> &'static str {
+        if self.fuel { "fuel" } else { "thrusters" }
+    }
+
+    fn ours(&self) -> Result<Transfer, BenchError> {
+        Ok(self.transfer.clone())
+    }
+
+    fn theirs(&self) -> Result<Stated<'_>, BenchError> {
+        let (prices, fuel) = (&*self.prices, self.fuel);
+        Stated::of(
+            &self.body,
+            0.0,
+            &self.transfer,
+            Commanded::Thrusters { prices, fuel },
+        )
+    }
+
+    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>) {
+        (&self.transfer, begun(&self.body, &self.transfer))
+    }
+
+    fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
+        flight.set_thruster_commands(0, commands);
+        flight.advance(&[Load::default()]).map(drop)
+    }
+}
+
+impl Drawn for Wheeled {
+    fn family(&self) -> &'static str {
+        "wheels"
+    }
+
+    fn ours(&self) -> Result<Transfer, BenchError> {
+        Ok(self.transfer.clone())
+    }
+
+    fn theirs(&self) -> Result<Stated<'_>, BenchError> {
+        let weights = &self.weights;
+        let commanded = Commanded::Wheels { weights };
+        Stated::of(&self.body, 0.0, &self.transfer, commanded)
+    }
+
+    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>) {
+        (&self.transfer, begun(&self.body, &self.transfer))
+    }
+
+    fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
+        flight.set_wheel_commands(0, commands);
+        flight.advance(&[Load::default()]).map(drop)
+    }
+}
+
+/// The flight of a transfer without gravity.
+fn begun(body: &RigidBody, transfer: &Transfer) -> Result<Simulation, MethodError> {
+    let system = System::new(vec![body.clone()], Vec::new());
+    let method = Method::Lgvi(Rotor::Discrete);
+    Simulation::new(system, vec![*transfer.initial()], method, transfer.h())
+}

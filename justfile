@@ -16,11 +16,10 @@ ci: fmt words book package tests-and-checks
 [parallel, private]
 tests-and-checks: test patient-checks python
 
-# In a folder of their own, so that neither waits for the other's lock.
+# Builds of the tests and of these take turns, and share macros and build scripts.
 [private]
 patient-checks:
-    CARGO_TARGET_DIR=target/checks nice -n 19 just lint docs
-    nice -n 19 just instructions
+    nice -n 19 just lint docs instructions
 
 # The sources are formatted.
 fmt:

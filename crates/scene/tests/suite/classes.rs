@@ -550,11 +550,6 @@ fn what_does_not_fit_wheels_is_refused_with_its_key() {
         ),
         (&given("feedback = true"), SECOND_WHEEL, "maneuver.feedback"),
         (
-            &given("replan = { every = 5, deadline = 1 }"),
-            SECOND_WHEEL,
-            "maneuver.replan",
-        ),
-        (
             &given("dynamics = \"lie_euler\""),
             SECOND_WHEEL,
             "maneuver.dynamics",

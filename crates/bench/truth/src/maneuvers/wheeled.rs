@@ -9,9 +9,9 @@
 
 use lgvi_control::constraint::CommandLimit;
 use lgvi_control::{Actuation, Constraint, Dynamics, Motion, Transfer};
-use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::wheels::{ReactionWheel, WheelState, Wheels};
+use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::Vector3;
 
 use super::ManeuverError;
@@ -36,7 +36,7 @@ pub fn wheeled(seed: u64, index: u64, intervals: usize) -> Result<Wheeled, Maneu
     let body = brick(random)?;
     let (_, ends) = at_rest(random);
     let [initial, target] = ends.map(|end| BodyState {
-        position: Vector3::zeros(),
+        position: Vector3::x(),
         ..end
     });
     let duration = random.log_uniform(1.0, 10.0);

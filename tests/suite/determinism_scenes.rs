@@ -174,6 +174,37 @@ fn a_flight_by_wheels_is_planned_anew_and_arrives() {
     world.verify_agrees(&bag, recording.on(STATE).count() as u64);
 }
 
+/// Bodies that are planned together begin elsewhere than expected, and are planned anew on the way.
+#[test]
+fn a_formation_is_planned_anew_and_arrives() {
+    let world = World::new();
+    let text = std::fs::read_to_string(scene("formation_change")).unwrap();
+    let text = text.replace("steps = 150", "steps = 60").replace(
+        "separation = 40.0",
+        "separation = 40.0\nreplan = { every = 15, deadline = 24.0 }",
+    );
+    let deviations = "position = 0.3\nvelocity = 0.003\n";
+    let text = format!(
+        "{text}\n[disturbance]\nseed = 1\n{deviations}\n[[disturbance.bodies]]\nbody = \"third\"\n{deviations}"
+    );
+    let path = world.path("replanned.toml");
+    std::fs::write(&path, text).unwrap();
+    let (summary, bag) = world.fly_fast(&path, "replanned");
+    let plans = summary.replanned.unwrap();
+    // At steps 15 and 30, from 17 and 32 on; at 45 fewer than 15 steps would be left to a plan.
+    assert_eq!((plans.published, plans.kept), (2, 0));
+    let flown = summary.flight.unwrap();
+    let miss = flown.miss.unwrap();
+    assert!(miss.position < 1e-4, "{miss:?}");
+    assert_eq!(flown.companions.len(), 2);
+    for arrival in &flown.companions {
+        let miss = arrival.miss.unwrap();
+        assert!(miss.position < 1e-4, "{miss:?}");
+    }
+    let recording = Recording::read(&bag);
+    world.verify_agrees(&bag, recording.on(STATE).count() as u64);
+}
+
 #[track_caller]
 fn arrived_by_wheels(summary: &Summary, cost_tolerance: f64) {
     let flown = summary.flight.as_ref().unwrap();

@@ -42,7 +42,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let (transfers, settings) = (transfers?, NewtonSettings::default());
             let plans = match maneuver.separation {
                 Some(separation) => {
-                    solve_together(&transfers, separation, &settings, |_| true)?.plans
+                    solve_together(&transfers, separation, &[], &settings, |_| true)?.plans
                 }
                 None => vec![solve(&longest(&scene)?, Start::Cold, &settings, |_| true)?],
             };

@@ -229,12 +229,24 @@ impl Scene {
 
     /// Returns the optimal control problems of all planned bodies, which are planned together, or `None` without a maneuver.
     pub fn transfers(&self) -> Option<Result<Vec<Transfer>, TransferError>> {
-        let planned = self.maneuver.as_ref()?.planned();
-        let transfers = planned.map(|maneuver| {
-            let initial = self.bodies[maneuver.body].state;
-            self.transfer_of(maneuver, initial, self.steps as usize, &[])
-        });
-        Some(transfers.collect())
+        let maneuver = self.maneuver.as_ref()?;
+        let initial = |planned: &Maneuver| self.bodies[planned.body].state;
+        let initial: Vec<_> = maneuver.planned().map(initial).collect();
+        Some(self.transfers_of(maneuver, &initial, self.steps as usize))
+    }
+
+    /// Returns [`Scene::transfers`] of the rest of a maneuver of the scene that may have been
+    /// [predicted anew](Scene::maneuver_seen), from the states of its bodies in `intervals` steps of the run.
+    pub fn transfers_of(
+        &self,
+        maneuver: &Maneuver,
+        initial: &[BodyState],
+        intervals: usize,
+    ) -> Result<Vec<Transfer>, TransferError> {
+        let planned = maneuver.planned().zip(initial);
+        planned
+            .map(|(planned, initial)| self.transfer_of(planned, *initial, intervals, &[]))
+            .collect()
     }
 
     /// Returns the name of a planned body, which is counted as [`Maneuver::planned`] does.

@@ -42,6 +42,7 @@ mod replanner;
 mod run;
 mod sequence;
 mod solver;
+mod used;
 #[cfg(feature = "node")]
 mod worker;
 

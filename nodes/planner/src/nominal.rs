@@ -6,13 +6,16 @@ use lgvi_scene::{Commands, Scene};
 use thiserror::Error;
 
 use crate::sequence::Sequence;
-use crate::solver::{End, Guess, Initial, Iteration, Reason, Task, Unsolved, solve};
+use crate::solver::{End, Initial, Iteration, Reason, Task, Unsolved, solve};
+use crate::used::Used;
 
 /// A plan of a scene's maneuver, as it is flown.
 #[derive(Clone, Debug)]
 pub struct NominalPlan {
     sequence: Sequence,
     remark: String,
+    /// What the plans before it have used.
+    used_before: Used,
 }
 
 /// Why there is no plan.
@@ -44,15 +47,16 @@ pub fn plan(
     go_on: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<NominalPlan, NoPlan> {
     let maneuver = scene.maneuver.as_ref().ok_or_else(no_maneuver)?;
-    made(scene, &Task::whole(scene, maneuver), go_on)
+    made(scene, &Task::whole(scene, maneuver), Used::default(), go_on)
 }
 
 /// Plans the rest of the maneuver from `first_step` on, at which the body is in `state`, in the scene's units, to arrive when
 /// `warm` does. The solver starts from the rest of `warm`; without it, it starts from nothing and arrives at the end of the
-/// run.
+/// run. What the wheels store and what propellant is left there are what `warm`, and the plans that it is the rest of, lead to.
 ///
 /// # Errors
-/// Why there is no plan; too few steps are left for one among it.
+/// Why there is no plan; too few steps are left for one among it. Without a plan that has begun by then, a maneuver by wheels or one
+/// that uses propellant is refused.
 pub fn plan_rest(
     scene: &Scene,
     (first_step, state): (u64, BodyState),
@@ -70,21 +74,21 @@ pub fn plan_rest(
             message,
         });
     }
-    let guess = |plan: &NominalPlan| {
-        let flown = first_step.checked_sub(plan.first_step())?;
-        Some(Guess {
-            plan: plan.sequence.plan.clone(),
-            flown: flown as usize,
-        })
-    };
+    let flown = warm.filter(|plan| plan.first_step() <= first_step);
+    let used = flown.map(|plan| plan.used(scene, first_step));
+    let maneuver = scene.maneuver.as_ref().ok_or_else(no_maneuver)?;
+    let body = &scene.bodies[maneuver.body].body;
     let task = Task {
         first_step,
-        initial: Initial::State(state),
+        initial: match &used {
+            Some(used) => Initial::Known(used.leaves(body, state)),
+            None => Initial::State(state),
+        },
         end: End::After(intervals as usize),
-        guess: warm.and_then(guess),
+        guess: flown.map(|plan| plan.sequence.guess(first_step)),
         switches: warm.map(|warm| warm.switches().to_vec()),
     };
-    made(scene, &task, go_on)
+    made(scene, &task, used.unwrap_or_default(), go_on)
 }
 
 /// Why a plan of one body does not do.
@@ -101,6 +105,7 @@ fn no_maneuver() -> NoPlan {
 fn made(
     scene: &Scene,
     task: &Task,
+    used_before: Used,
     go_on: &mut dyn FnMut(&Iteration) -> bool,
 ) -> Result<NominalPlan, NoPlan> {
     let maneuver = scene.maneuver.as_ref().ok_or_else(no_maneuver)?;
@@ -114,10 +119,18 @@ fn made(
     Ok(NominalPlan {
         remark: solved.remark.clone(),
         sequence: Sequence::of(maneuver, task.first_step, solved),
+        used_before,
     })
 }
 
 impl NominalPlan {
+    /// What it and the plans before it have used by a step.
+    fn used(&self, scene: &Scene, step: u64) -> Used {
+        let mut used = self.used_before.clone();
+        used.add(scene, &self.sequence, step);
+        used
+    }
+
     /// The step that it begins at.
     pub fn first_step(&self) -> u64 {
         self.sequence.first_step
@@ -205,5 +218,28 @@ mod tests {
         assert!(late.message.contains("`first_step` is 59"), "{late}");
         let stopped = plan(&scene, &mut |_| false).unwrap_err();
         assert_eq!(stopped.reason, Reason::Cancelled);
+    }
+
+    /// What is left then is known from the plan before, and from the plan before that.
+    #[test]
+    fn the_rest_of_a_plan_counts_on_the_propellant_that_is_left() {
+        let text = include_str!("../../../scenes/earth_mars.toml");
+        let scene = Scene::parse("test", &text.replace("steps = 400", "steps = 60")).unwrap();
+        let whole = plan(&scene, &mut |_| true).unwrap();
+        let mut last = whole.clone();
+        for step in [15, 30] {
+            let state = whole.solution().states[step];
+            let begin = (step as u64, state);
+            let refused = plan_rest(&scene, begin, None, &mut |_| true).unwrap_err();
+            assert!(refused.message.contains("only at step 0"), "{refused}");
+            last = plan_rest(&scene, begin, Some(&last), &mut |_| true).unwrap();
+            let expected = &whole.solution().controls[step..];
+            let most = expected.iter().map(|load| load.force.norm());
+            let most = most.fold(0.0, f64::max);
+            for (one, other) in expected.iter().zip(&last.solution().controls) {
+                let apart = (one.force - other.force).norm();
+                assert!(apart < 1e-4 * most, "{apart:e} of {most:e}");
+            }
+        }
     }
 }

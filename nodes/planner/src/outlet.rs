@@ -108,7 +108,7 @@ impl Outlet {
     /// Publishes a plan: the control sequences of all bodies, and the path of the first.
     pub(crate) fn plan(&mut self, scene: &Scene, sequence: &Sequence) -> Result<(), NodeError> {
         for one in sequence.all() {
-            self.rest(scene, one.body, one, one.first_step)?;
+            self.rest(scene, one, one.first_step)?;
         }
         let path = messages::path(scene, sequence).map_err(NodeError::runtime)?;
         self.give(Parcel::Path(path))?;
@@ -120,11 +120,10 @@ impl Outlet {
     pub(crate) fn rest(
         &mut self,
         scene: &Scene,
-        body: usize,
         sequence: &Sequence,
         first_step: u64,
     ) -> Result<(), NodeError> {
-        let message = sequence.message(scene, body, first_step);
+        let message = sequence.message(scene, sequence.body, first_step);
         self.controls(&message.map_err(NodeError::runtime)?)
     }
 

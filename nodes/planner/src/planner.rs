@@ -19,10 +19,10 @@ use crate::goals::Goal;
 use crate::messages;
 use crate::monitor::Monitor;
 use crate::outlet::{Outlet, PATIENCE};
-use crate::prediction::Used;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
 use crate::solver::{Iteration, NOT_MINIMUM, Phased, Reason, Solved, Task, Unsolved};
+use crate::used::Used;
 use crate::worker::{Stop, Update, Worker};
 
 /// How long the worker is listened to before states, goals and the shutdown are looked after.

@@ -1,11 +1,12 @@
 use std::fmt::Display;
 
 use lgvi_dynamics::{ActuatorStates, Load, RigidBody};
-use lgvi_scene::{Commands, Scene, Scheme};
+use lgvi_scene::{Commands, Maneuver, Scene, SceneError, Scheme, Seen};
 
 use crate::follower::Observed;
 use crate::sequence::Sequence;
 use crate::solver::Predicted;
+use crate::used::Used;
 
 /// What the flight was heard of last, and what will act on it.
 #[derive(Clone, Debug)]
@@ -20,43 +21,21 @@ pub(crate) struct Forecast {
     pub(crate) used_before: Used,
 }
 
-/// What sequences have used of the actuators of their body.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Used {
-    /// Mass of propellant.
-    propellant: f64,
-    /// Impulses of the motors of the wheels, empty before the first.
-    impulses: Vec<f64>,
-}
-
-impl Used {
-    /// Adds what `sequence` uses before the step `end`.
-    pub(crate) fn add(&mut self, scene: &Scene, sequence: &Sequence, end: u64) {
-        if let Some(thrusters) = scene.bodies[sequence.body].body.thrusters() {
-            self.propellant += sequence.propellant_used(scene, thrusters, end);
-        }
-        let impulses = sequence.wheel_impulses(scene, end);
-        self.impulses.resize(impulses.len(), 0.0);
-        for (sum, impulse) in self.impulses.iter_mut().zip(impulses) {
-            *sum += impulse;
-        }
-    }
-}
-
 impl Forecast {
-    /// What is known of `body` at `step` of the flight: flown on by the scene's own scheme from where it was heard of last, under
-    /// the sequences that have been published, without disturbance. Each acts from its first step on, the last first. Propellant
-    /// has flowed out under them from the start, and motors have exerted their torques on wheels.
+    /// What is known at `step` of the flight of the bodies that `maneuver` plans: flown on by the scene's own scheme from where they were
+    /// heard of last, under the sequences that have been published, without disturbance. Each acts from its first step on, the last
+    /// first. Propellant has flowed out under them from the start, and motors have exerted their torques on wheels.
     ///
     /// # Errors
     /// Why nobody can say it: the flight is past it, or the steps until then cannot be made.
-    pub(crate) fn of(&self, scene: &Scene, body: usize, step: u64) -> Result<Predicted, String> {
-        let Self {
-            scheme,
-            from,
-            sequences,
-            ..
-        } = self;
+    pub(crate) fn of(
+        &self,
+        scene: &Scene,
+        maneuver: &Maneuver,
+        step: u64,
+    ) -> Result<Vec<Predicted>, String> {
+        let Self { scheme, from, .. } = self;
+        let planned = || maneuver.planned().map(|planned| planned.body);
         let reached = from.step;
         if reached > step {
             return Err(format!(
@@ -71,31 +50,48 @@ impl Forecast {
             .simulation_from(states, *scheme)
             .map_err(|error| fail(&error))?;
         let mut actuators = ActuatorStates::of(simulation.system());
-        self.set_used(scene, body, &mut actuators);
+        self.set_used(scene, maneuver.body, &mut actuators);
         simulation.set_actuator_states(&actuators);
         let mut loads = vec![Load::default(); scene.bodies.len()];
         for step in reached..step {
-            let state = &simulation.states()[body];
-            let mut newest = sequences.iter().rev();
-            let load = newest.find_map(|sequence| sequence.at(step, state));
-            loads[body] = simulation.command(body, load.unwrap_or_default());
-            match self.efforts(step) {
-                Some((Commands::Thrusters, thrust)) => {
-                    simulation.set_thruster_commands(body, &thrust);
+            for body in planned() {
+                let state = &simulation.states()[body];
+                let load = self.newest(body).find_map(|one| one.at(step, state));
+                loads[body] = simulation.command(body, load.unwrap_or_default());
+                let mut newest = self.newest(body);
+                match newest.find_map(|one| Some((one.commands, one.efforts(step)?))) {
+                    Some((Commands::Thrusters, thrust)) => {
+                        simulation.set_thruster_commands(body, &thrust);
+                    }
+                    Some((Commands::Wheels, torques)) => {
+                        simulation.set_wheel_commands(body, &torques);
+                    }
+                    Some((Commands::Loads, _)) | None => (),
                 }
-                Some((Commands::Wheels, torques)) => simulation.set_wheel_commands(body, &torques),
-                Some((Commands::Loads, _)) | None => (),
             }
             simulation.advance(&loads).map_err(|error| fail(&error))?;
         }
-        let flown = &simulation.system().bodies()[body];
-        Ok(Predicted::of(flown, simulation.states()[body]))
+        let flown = |body| {
+            Predicted::of(
+                &simulation.system().bodies()[body],
+                simulation.states()[body],
+            )
+        };
+        Ok(planned().map(flown).collect())
     }
 
-    /// What the newest sequence asks thrusters or wheels for during a step.
-    fn efforts(&self, step: u64) -> Option<(Commands, Vec<f64>)> {
-        let mut newest = self.sequences.iter().rev();
-        newest.find_map(|sequence| Some((sequence.commands, sequence.efforts(step)?)))
+    /// The scene's maneuver as it is seen from the states that were heard of, if other bodies have a part in it.
+    pub(crate) fn seen(&self, scene: &Scene) -> Result<Option<Maneuver>, SceneError> {
+        scene.maneuver_seen(&[Seen {
+            step: self.from.step,
+            states: self.from.states.clone(),
+        }])
+    }
+
+    /// The sequences of a body, the newest first.
+    fn newest(&self, body: usize) -> impl Iterator<Item = &Sequence> {
+        let newest = self.sequences.iter().rev();
+        newest.filter_map(move |sequence| sequence.all().find(|one| one.body == body))
     }
 
     /// Takes from the actuators of `body` what the sequences have used until the last state that was heard.
@@ -107,16 +103,18 @@ impl Forecast {
         for (sequence, end) in self.sequences.iter().zip(ends) {
             used.add(scene, sequence, end);
         }
+        let now = used.leaves(&scene.bodies[body].body, self.from.states[body]);
         let before = || scene.bodies[..body].iter().map(|named| &named.body);
         let thrusted = before().filter_map(RigidBody::thrusters).count();
-        if let Some(left) = actuators.propellants.get_mut(thrusted) {
-            *left = (*left - used.propellant).max(0.0);
+        let propellants = actuators.propellants.iter_mut().skip(thrusted);
+        for (propellant, left) in propellants.zip(now.propellant) {
+            *propellant = left;
         }
         let wheels = before().filter_map(RigidBody::wheels);
         let wheels = wheels.map(|wheels| wheels.wheels().len()).sum();
         let wheels = actuators.wheels.iter_mut().skip(wheels);
-        for (wheel, impulse) in wheels.zip(used.impulses) {
-            wheel.momentum += impulse;
+        for (wheel, momentum) in wheels.zip(now.wheel_momenta) {
+            wheel.momentum = momentum;
         }
     }
 }
@@ -130,7 +128,7 @@ mod tests {
     use lgvi_propagator::{Controls, Flight};
 
     use super::*;
-    use crate::solver::{End, Guess, Initial, Task, solve};
+    use crate::solver::{End, Initial, Task, solve};
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
 
@@ -143,12 +141,11 @@ mod tests {
             switches: None,
         };
         let solved = solve(scene, &task, &mut |_| true).unwrap();
-        Sequence::new(scene.maneuver.as_ref().unwrap(), first_step, solved.plan)
+        Sequence::of(scene.maneuver.as_ref().unwrap(), first_step, solved)
     }
 
     fn controls(scene: &Scene, sequence: &Sequence) -> Controls {
-        let body = scene.maneuver.as_ref().unwrap().body;
-        let message = sequence.message(scene, body, 0).unwrap();
+        let message = sequence.message(scene, sequence.body, 0).unwrap();
         Controls::of_message(scene, &message).unwrap()
     }
 
@@ -196,21 +193,27 @@ mod tests {
             sequences: sequences.into(),
             used_before: Used::default(),
         };
-        let predicted = forecast.of(&scene, 0, 90).unwrap().state;
+        let maneuver = scene.maneuver.as_ref().unwrap();
+        let predicted = forecast.of(&scene, maneuver, 90).unwrap()[0].state;
         let error = miss(&flight.states()[0], &predicted).norm();
         assert!(error < 1e-14, "{error:e}");
         let planned = miss(&forecast.sequences[1].plan.states[30], &predicted).norm();
         assert!(planned > 1e-6, "the start was disturbed: {planned:e}");
-        let error = forecast.of(&scene, 0, 39).unwrap_err();
+        let error = forecast.of(&scene, maneuver, 39).unwrap_err();
         assert_eq!(error, "the flight has reached step 40, expected at most 39");
     }
 
-    /// The miss of a flight, with a plan from each multiple of `every` steps on if that is given.
+    /// The greatest miss of a planned body in a flight, with a plan from each multiple of `every` steps on if that is given.
     fn flown(scene: &Scene, every: Option<u64>) -> f64 {
-        let body = scene.maneuver.as_ref().unwrap().body;
+        let maneuver = scene.maneuver.as_ref().unwrap();
         let mut flight = Flight::new(scene).unwrap();
-        let mut sequences = vec![plan(scene, 0, scene.bodies[body].state)];
-        flight.accept(controls(scene, &sequences[0])).unwrap();
+        let mut sequences = vec![plan(scene, 0, scene.bodies[maneuver.body].state)];
+        let accept = |flight: &mut Flight, sequence: &Sequence| {
+            for one in sequence.all() {
+                flight.accept(controls(scene, one)).unwrap();
+            }
+        };
+        accept(&mut flight, &sequences[0]);
         while flight.step() < scene.steps {
             let step = flight.step();
             if every.is_some_and(|every| {
@@ -232,24 +235,39 @@ mod tests {
                     first_step,
                     initial: Initial::Forecast(Box::new(forecast)),
                     end: End::After((scene.steps - first_step) as usize),
-                    guess: Some(Guess {
-                        plan: last.plan.clone(),
-                        flown: (first_step - last.first_step) as usize,
-                    }),
+                    guess: Some(last.guess(first_step)),
                     switches: None,
                 };
                 let solved = solve(scene, &task, &mut |_| true)
                     .unwrap_or_else(|unsolved| panic!("{first_step}: {}", unsolved.message));
-                let maneuver = scene.maneuver.as_ref().unwrap();
-                sequences.push(Sequence::new(maneuver, first_step, solved.plan));
-                let last = sequences.last().unwrap();
-                flight.accept(controls(scene, last)).unwrap();
+                sequences.push(Sequence::of(maneuver, first_step, solved));
+                accept(&mut flight, sequences.last().unwrap());
             }
             flight.advance().unwrap();
         }
-        let states = flight.states();
-        let miss = scene.miss_among(scene.system().bodies(), states, &states[body]);
-        miss.unwrap().norm()
+        let misses = scene.misses(flight.system().bodies(), flight.states());
+        let misses = misses.iter().map(|miss| miss.as_ref().unwrap().norm());
+        misses.fold(0.0, f64::max)
+    }
+
+    /// Satellites that exchange places begin elsewhere than expected. Plans made in flight bring all of them to their targets.
+    #[test]
+    fn a_formation_that_begins_otherwise_arrives() {
+        let text = include_str!("../../../scenes/formation_change.toml");
+        let text = text.replace("steps = 150", "steps = 60").replace(
+            "separation = 40.0",
+            "separation = 40.0\nreplan = { every = 15, deadline = 1.0 }",
+        );
+        for seed in 1..4 {
+            let deviations = "position = 0.3\nvelocity = 0.003\n";
+            let disturbed = format!(
+                "{text}\n[disturbance]\nseed = {seed}\n{deviations}\n[[disturbance.bodies]]\nbody = \"light\"\n{deviations}"
+            );
+            let scene = Scene::parse("test", &disturbed).unwrap();
+            let [seen, unseen] = [Some(15), None].map(|every| flown(&scene, every));
+            assert!(seen < 1e-6, "seed {seed}: {seen:e}");
+            assert!(unseen > 0.3, "seed {seed}: {unseen:e}");
+        }
     }
 
     /// The satellite is turned and tumbles otherwise than the first plan expects. Plans made in flight see it.
@@ -306,7 +324,9 @@ mod tests {
                 sequences: Vec::new(),
                 used_before: Used::default(),
             };
-            forecast.of(scene, 0, 5).map(|predicted| predicted.state)
+            let maneuver = scene.maneuver.as_ref().unwrap();
+            let predicted = forecast.of(scene, maneuver, 5);
+            predicted.map(|predicted| predicted[0].state)
         };
         let scene = Scene::parse("test", &fast).unwrap();
         let mut flight = scene.simulation(scene.scheme().unwrap()).unwrap();

@@ -13,8 +13,8 @@ use crate::goals;
 use crate::monitor::Monitor;
 use crate::outlet::Outlet;
 use crate::planner::Planner;
-use crate::prediction::Used;
 use crate::replanner::Replanner;
+use crate::used::Used;
 use crate::worker::Worker;
 
 /// Messages about the progress that are kept for late joiners where the scene does not limit the iterations.

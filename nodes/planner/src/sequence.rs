@@ -10,7 +10,7 @@ use lgvi_msgs::stamp::StampError;
 use lgvi_scene::{Commands, Maneuver, Scene};
 use nalgebra::{SMatrix, Vector3};
 
-use crate::solver::{Phased, Solved};
+use crate::solver::{Guess, Phased, Solved};
 
 /// A plan as it is flown: from a step on, with or without its feedback law.
 #[derive(Clone, Debug)]
@@ -63,6 +63,17 @@ impl Sequence {
             phased: solved.phased,
             seen: solved.seen,
             ..Self::new(maneuver, first_step, solved.plan)
+        }
+    }
+
+    /// What a plan from a later step on starts from.
+    pub(crate) fn guess(&self, first_step: u64) -> Guess {
+        Guess {
+            plan: Arc::clone(&self.plan),
+            companions: (self.companions.iter())
+                .map(|one| Arc::clone(&one.plan))
+                .collect(),
+            flown: first_step.saturating_sub(self.first_step) as usize,
         }
     }
 
@@ -234,8 +245,9 @@ mod tests {
 
     use super::*;
     use crate::follower::Observed;
-    use crate::prediction::{Forecast, Used};
-    use crate::solver::{End, Guess, Initial, Task, solve};
+    use crate::prediction::Forecast;
+    use crate::solver::{End, Initial, Task, solve};
+    use crate::used::Used;
 
     const SCENE: &str = include_str!("../../../scenes/inclination_replan.toml");
 
@@ -337,10 +349,7 @@ mod tests {
             initial: Initial::Forecast(Box::new(forecast)),
             end: End::After(40),
             switches: None,
-            guess: Some(Guess {
-                plan: first.plan.clone(),
-                flown: 20,
-            }),
+            guess: Some(first.guess(20)),
         };
         let rest = solve(&scene, &task, &mut |_| true).unwrap().plan;
         let off = miss(&rest.states[0], &first.plan.states[20]).amax();
@@ -386,9 +395,14 @@ mod tests {
         assert!(miss < 1e-9, "{miss:e}");
 
         let state = whole.solution().states[20];
-        let later = crate::plan_rest(&scene, (20, state), Some(&whole), &mut |_| true);
-        let error = later.unwrap_err().to_string();
+        let later = |warm| crate::plan_rest(&scene, (20, state), warm, &mut |_| true);
+        let error = later(None).unwrap_err().to_string();
         assert!(error.contains("begin only at step 0 here"), "{error}");
+        let rest = later(Some(&whole)).unwrap();
+        let torques = &whole.solution().commands[20..];
+        for (one, other) in torques.iter().zip(&rest.solution().commands) {
+            assert!((one - other).amax() < 1e-9, "{one} {other}");
+        }
         // What the wheels store has no place in them at the new attitude.
         let fast = text.replace("\nspeed = 150.0", "\nspeed = 219.0");
         let fast = Scene::parse("test", &fast).unwrap();

@@ -8,7 +8,7 @@ use super::separation::{Distances, Path, Separation};
 use super::{Agreement, Formation, sides};
 use crate::anderson::{Anderson, minus, norm};
 use crate::problem::PositionCost;
-use crate::{Plan, PlanError, Start, Transfer};
+use crate::{Plan, PlanError, Start, Sweep, Transfer};
 
 /// Change of the prices, relative to them, at which they have settled.
 const SETTLED: f64 = 1e-6;
@@ -49,6 +49,8 @@ pub(super) struct Bodies<'s> {
     pub(super) paths: Vec<Path>,
     /// Pairs that have an inequality.
     pub(super) near: Vec<Near>,
+    /// Whether bodies pass each other on the sides of their first plans.
+    pub(super) keeps_sides: bool,
 }
 
 /// What a round has led to.
@@ -73,6 +75,18 @@ impl Bodies<'_> {
             self.plans.push(plan);
         }
         Ok(())
+    }
+
+    /// Begins with these plans.
+    pub(super) fn begin(&mut self, plans: &[Plan]) {
+        for (transfer, plan) in self.transfers.iter().zip(plans) {
+            self.paths.push(Path::of(transfer, plan));
+            // The multipliers are those of other inequalities.
+            self.plans.push(Plan {
+                sweep: Sweep::default(),
+                ..plan.clone()
+            });
+        }
     }
 
     /// Plans that keep apart along whole steps, where the prices have settled.
@@ -252,6 +266,7 @@ impl Bodies<'_> {
         let mut starts = vec![own.clone()];
         if let Some((approach, other)) = nearest
             && approach.distance < self.separation
+            && !self.keeps_sides
         {
             starts.extend(sides::guesses(
                 transfer,

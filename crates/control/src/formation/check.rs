@@ -1,5 +1,5 @@
 use super::error::FormationError;
-use crate::{Motion, Transfer};
+use crate::{Motion, Plan, Transfer};
 
 /// Checks that transfers can be planned together: that there are two or more with the same steps, that each moves its body at a
 /// quadratic cost, and that all keep apart at their starts and, where the targets fix them, at their ends.
@@ -70,4 +70,18 @@ pub fn check_together(transfers: &[Transfer], separation: f64) -> Result<(), For
         }
     }
     Ok(())
+}
+
+/// Checks that plans to start from, if there are any, are those of the transfers.
+pub(super) fn check_warm(transfers: &[Transfer], warm: &[Plan]) -> Result<(), FormationError> {
+    let (count, intervals) = (transfers.len(), transfers[0].intervals);
+    let fits = |plan: &Plan| plan.commands.len() == intervals;
+    if warm.is_empty() || warm.len() == count && warm.iter().all(fits) {
+        return Ok(());
+    }
+    Err(FormationError::Warm {
+        steps: warm.iter().map(|plan| plan.commands.len()).collect(),
+        transfers: count,
+        intervals,
+    })
 }

@@ -22,6 +22,18 @@ pub enum FormationError {
         /// Their size.
         h: f64,
     },
+    /// The plans to start from are not those of the transfers.
+    #[error(
+        "the plans to start from have {steps:?} steps, expected {intervals} of each of {transfers}"
+    )]
+    Warm {
+        /// Their numbers of steps.
+        steps: Vec<usize>,
+        /// The number of transfers.
+        transfers: usize,
+        /// The number of steps of each.
+        intervals: usize,
+    },
     /// A transfer has what is not planned together with others.
     #[error("body {body} has {what}, expected {expected}: the bodies are planned together")]
     Unsupported {

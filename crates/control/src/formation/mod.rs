@@ -24,6 +24,7 @@ use std::cell::Cell;
 use crate::{NewtonSettings, Plan, Progress, Transfer, solve};
 use bodies::Bodies;
 pub use check::check_together;
+use check::check_warm;
 pub use error::FormationError;
 
 /// Plans of several bodies that keep apart.
@@ -57,23 +58,27 @@ pub struct Agreement {
 }
 
 /// Plans transfers together at the least sum of their costs so that no two bodies come nearer to each other than `separation`, along
-/// the whole of their steps. `observe` is called with the iterations of all plans, counted consecutively, and stops the
+/// the whole of their steps. It starts from `warm`, a plan of each transfer, such as the rest of an earlier formation, and from nothing
+/// if that is empty. `observe` is called with the iterations of all plans, counted consecutively, and stops the
 /// solver by returning `false`.
 ///
 /// # Assumptions and limitations
 /// The bodies do not act on each other. All transfers have the same steps; costs are in the same unit. The formation is a local
-/// optimum: the sides on which bodies pass each other are chosen one body after the other, the cheapest of four. That it is a minimum
+/// optimum: the sides on which bodies pass each other are those of `warm`, or chosen one body after the other, the cheapest of four. That it is a minimum
 /// for joint changes of all plans is not certified; each plan is one beside the others.
 ///
 /// # Errors
-/// Returns an error if the transfers cannot be planned together, if one has no plan, or if prices do not settle.
+/// Returns an error if the transfers cannot be planned together, if `warm` has plans that are not of their steps, if one has no plan, or if
+/// prices do not settle.
 pub fn solve_together(
     transfers: &[Transfer],
     separation: f64,
+    warm: &[Plan],
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Formation, FormationError> {
     check_together(transfers, separation)?;
+    check_warm(transfers, warm)?;
     let mut order: Vec<usize> = (0..transfers.len()).collect();
     let compliances: Vec<_> = transfers.iter().map(compliance).collect();
     order.sort_by(|a, b| compliances[*a].total_cmp(&compliances[*b]));
@@ -99,8 +104,12 @@ pub fn solve_together(
         plans: Vec::new(),
         paths: Vec::new(),
         near: Vec::new(),
+        keeps_sides: !warm.is_empty(),
     };
-    bodies.free()?;
+    match warm {
+        [] => bodies.free()?,
+        warm => bodies.begin(warm),
+    }
     bodies.settle()
 }
 

@@ -87,7 +87,13 @@ impl Place {
 }
 
 fn together(transfers: &[Transfer], separation: f64) -> Result<Formation, FormationError> {
-    solve_together(transfers, separation, &NewtonSettings::default(), |_| true)
+    solve_together(
+        transfers,
+        separation,
+        &[],
+        &NewtonSettings::default(),
+        |_| true,
+    )
 }
 
 fn alone(transfer: &Transfer) -> Plan {
@@ -383,10 +389,47 @@ fn what_cannot_be_planned_together_is_an_error() {
         error,
         Err(FormationError::Unsupported { body: 1, .. })
     ));
-    let stopped = solve_together(&[one, other], 0.2, &NewtonSettings::default(), |now| {
+    let stopped = solve_together(&[one, other], 0.2, &[], &NewtonSettings::default(), |now| {
         now.iteration < 3
     });
     assert_eq!(stopped, Err(FormationError::Stopped));
+}
+
+/// The rest of a formation, from where it will be, is the rest of its plans; plans of other steps are refused.
+#[test]
+fn the_rest_of_a_formation_is_planned_as_it_was() {
+    for place in [FREE, LOW_ORBIT] {
+        let ways = [0.0, 1.0, -2.0].map(|turn: f64| {
+            let end = 2.0 * Vector3::new(turn.cos(), turn.sin(), 0.1 * turn);
+            Way {
+                mass: 1.0 + 0.1 * turn.abs(),
+                weight: 1.0,
+                ends: [-end, end],
+            }
+        });
+        let transfers = ways.map(|way| place.transfer(&way));
+        let found = together(&transfers, 0.6).unwrap_or_else(|error| panic!("{error}"));
+        assert!(found.agreement.distance < 0.6 * (1.0 + 1e-6));
+        let gone = place.intervals / 4;
+        let bodies = || transfers.iter().zip(&found.plans);
+        let rest = bodies().map(|(transfer, plan)| transfer.remaining(gone, plan.states[gone]));
+        let rest: Vec<_> = rest.map(|rest| rest.expect("enough steps")).collect();
+        let warm = bodies().map(|(transfer, plan)| plan.remaining(transfer, gone));
+        let warm: Vec<_> = warm.map(|rest| rest.expect("enough steps")).collect();
+        let settings = NewtonSettings::default();
+        let again = solve_together(&rest, 0.6, &warm, &settings, |_| true)
+            .unwrap_or_else(|error| panic!("{error}"));
+        for (plan, rest) in found.plans.iter().zip(&again.plans) {
+            for (one, other) in plan.states[gone..].iter().zip(&rest.states) {
+                let apart = (one.position - other.position).norm();
+                assert!(apart < 1e-5, "{apart:e}");
+            }
+        }
+        let refused = solve_together(&rest, 0.6, &found.plans, &settings, |_| true);
+        assert!(matches!(refused, Err(FormationError::Warm { .. })));
+        let refused = solve_together(&rest, 0.6, &warm[1..], &settings, |_| true);
+        assert!(matches!(refused, Err(FormationError::Warm { .. })));
+    }
 }
 
 /// A body that stays where it is gives way and comes back.

@@ -14,10 +14,6 @@ pub(super) fn disturbance(
         let expected = "none without a `maneuver`, whose body it disturbs";
         return Err(SceneError::value("disturbance.seed", file.seed, expected));
     };
-    if !maneuver.companions.is_empty() {
-        let expected = "none beside `maneuver.companions`: it disturbs one planned body";
-        return Err(SceneError::value("disturbance.seed", file.seed, expected));
-    }
     for (key, error) in [
         ("force_error", file.force_error),
         ("moment_error", file.moment_error),

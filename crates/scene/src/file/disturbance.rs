@@ -29,7 +29,7 @@ pub(crate) struct DisturbanceFile {
     pub bodies: Vec<DisturbedBodyFile>,
 }
 
-/// Standard deviations of the initial state of a body that is not maneuvered.
+/// Standard deviations of the initial state of another body than that of `maneuver`.
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
 #[serde(deny_unknown_fields)]

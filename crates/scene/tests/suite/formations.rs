@@ -64,7 +64,7 @@ fn companions_are_planned_and_arrive() {
     assert_eq!((bodies, maneuver.separation), (vec![1, 2], Some(2.0)));
     assert_eq!(scene.planned_name(1), "right");
     let transfers = scene.transfers().unwrap().unwrap();
-    let found = solve_together(&transfers, 2.0, &NewtonSettings::default(), |_| true).unwrap();
+    let found = solve_together(&transfers, 2.0, &[], &NewtonSettings::default(), |_| true).unwrap();
     let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
     let mut nearest = f64::INFINITY;
     for step in 0..20 {
@@ -151,7 +151,6 @@ fn options_of_one_body_are_refused_beside_companions() {
     for (option, key) in [
         ("final_time = { min = 5.0 }", "final_time"),
         ("search = { starts = 3 }", "search"),
-        ("replan = { every = 5, deadline = 1.0 }", "replan"),
         ("confidence = 0.9", "confidence"),
     ] {
         let keys = format!("{SEPARATION}\n    {option}");
@@ -174,11 +173,6 @@ fn options_of_one_body_are_refused_beside_companions() {
     let relative = format!("relative_to = {{ body = \"right\", axes = \"body\" }}\n    {seen}");
     let key = "`maneuver.target.relative_to.body`";
     refused(seen, &relative, &[key, "\"right\"", "not known beforehand"]);
-    let disturbed = format!("{TEXT}\n[disturbance]\nseed = 3\n");
-    assert_refused(
-        &disturbed,
-        &["`disturbance.seed`", "is 3", "one planned body"],
-    );
     let dispersed = format!("{TEXT}\n[ensemble]\nsamples = 8\nseed = 1\n");
     assert_refused(&dispersed, &["`ensemble.samples`", "is 8", "of one body"]);
 }

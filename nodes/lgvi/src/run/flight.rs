@@ -6,6 +6,7 @@ use std::process::ExitStatus;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
 use std::time::{Duration, Instant};
 
+use indicatif::HumanDuration;
 use lgvi_common::Event;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
@@ -71,6 +72,11 @@ pub(crate) fn fly(
     });
     if course.under_way(shutdown) {
         let factor = options.real_time_factor.unwrap_or(default_factor(scene));
+        if options.real_time_factor.is_none()
+            && let Some(note) = long(scene, factor)
+        {
+            course.progress.say(&note);
+        }
         let mut propagator = ros_arguments([
             scene_file.clone(),
             format!("real_time_factor:={factor:?}"),
@@ -139,6 +145,21 @@ pub(crate) fn fly(
     let mut flown = course.end();
     hint(&mut flown, bag);
     Ok(flown)
+}
+
+/// A flight that takes longer in real time is told of where nobody asked for real time.
+const LONG: Duration = Duration::from_secs(600);
+
+/// How long a flight in real time takes, if that is long.
+fn long(scene: &Scene, factor: f64) -> Option<String> {
+    let takes = Duration::try_from_secs_f64(scene.seconds(scene.steps) / factor).ok()?;
+    (takes > LONG).then(|| {
+        let takes = HumanDuration(takes);
+        format!(
+            "the scene replans and is flown in real time, which takes {takes}; with --real-time-factor 0 the flight waits for \
+             its plans instead"
+        )
+    })
 }
 
 /// Says how to get back what was recorded, where the recorder has not closed the bag.
@@ -377,13 +398,13 @@ mod tests {
     use super::super::summary::Summary;
     use super::*;
 
-    fn scene() -> Scene {
+    fn scene(name: &str) -> Scene {
         let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-        load_scene(&scenes.join("free_body.toml")).unwrap()
+        load_scene(&scenes.join(name)).unwrap()
     }
 
     fn course() -> Course {
-        let mut course = Course::new(&scene());
+        let mut course = Course::new(&scene("free_body.toml"));
         course
             .started
             .extend([NodeKind::Recorder, NodeKind::Propagator]);
@@ -433,7 +454,7 @@ mod tests {
             [Warning::new(WarningCode::LongTurn, "a body turns")]
         );
         assert!(flown.failure.is_none());
-        let summary = Summary(&scene(), flown).to_string();
+        let summary = Summary(&scene("free_body.toml"), flown).to_string();
         assert!(summary.ends_with("\n  warning   a body turns"), "{summary}");
     }
 
@@ -444,7 +465,7 @@ mod tests {
         let soft = r#"{"violation":0.25,"paid":0.5}"#;
         for (soft, expected) in [(soft, true), ("null", false)] {
             says(&mut course, NodeKind::Planner, &line.replace("SOFT", soft));
-            let summary = Summary(&scene(), &course.flown).to_string();
+            let summary = Summary(&scene("free_body.toml"), &course.flown).to_string();
             let told = summary.contains("violated by up to 2.50e-1, which costs 0.500000000");
             assert_eq!(told, expected, "{summary}");
         }
@@ -478,5 +499,14 @@ mod tests {
         says(&mut open, NodeKind::Propagator, PUBLISHED);
         let why = "the recorder has not closed the bag";
         assert_eq!(open.lost(), Err(why.into()));
+    }
+
+    #[test]
+    fn a_long_flight_in_real_time_is_told_of() {
+        let mars = scene("earth_mars.toml");
+        let note = long(&mars, 1.0).unwrap();
+        assert!(note.contains("which takes 50 weeks;"), "{note}");
+        assert_eq!(long(&mars, 0.0), None);
+        assert_eq!(long(&scene("tumbling_replan.toml"), 1.0), None);
     }
 }

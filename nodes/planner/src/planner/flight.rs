@@ -1,6 +1,5 @@
 //! The plans that are made in flight.
 
-use std::sync::Arc;
 use std::sync::atomic::Ordering;
 
 use lgvi_common::{Event, ReplanReport, Warning, WarningCode};
@@ -9,12 +8,13 @@ use lgvi_msgs::msg::PlanProgress;
 use tracing::{info, warn};
 
 use super::{Current, Origin, Planner, Purpose};
-use crate::prediction::{Forecast, Used};
+use crate::prediction::Forecast;
 use crate::replanner::Replanner;
 use crate::sequence::Sequence;
 use crate::solver::{
     End, Guess, Initial, Iteration, NOT_MINIMUM_IN_FLIGHT, Reason, Solved, Task, Unsolved,
 };
+use crate::used::Used;
 
 /// Why a plan is not flown that was made for an earlier course of the flight.
 const ANEW: &str = "the flight has restarted";
@@ -54,10 +54,7 @@ impl Planner {
     pub(super) fn guess(&self, first_step: u64) -> Option<Guess> {
         let mut newest = self.sequences.iter().rev();
         let flown = newest.find(|sequence| sequence.first_step <= first_step)?;
-        Some(Guess {
-            plan: Arc::clone(&flown.plan),
-            flown: (first_step - flown.first_step) as usize,
-        })
+        Some(flown.guess(first_step))
     }
 
     /// Begins a plan in flight where one is due.
@@ -176,8 +173,9 @@ impl Planner {
         if self.in_lockstep() {
             let mut newest = self.sequences.iter().rev();
             if let Some(flown) = newest.find(|sequence| sequence.first_step <= first_step) {
-                let body = self.maneuver.body;
-                self.outlet.rest(&self.scene, body, flown, first_step)?;
+                for one in flown.all() {
+                    self.outlet.rest(&self.scene, one, first_step)?;
+                }
             }
         }
         warn!("the old plan is kept; there is no new plan from step {first_step}: {why}");

@@ -1,39 +1,52 @@
 //! Several bodies planned together.
 
+use std::fmt::Display;
+use std::sync::Arc;
+
 use lgvi_control::{FormationError, PlanError, solve_together};
 use lgvi_scene::{Maneuver, Scene};
 use tracing::info;
 
-use super::{Initial, NO_MANEUVER, Observe, Reason, Solved, Task, Unsolved, newton_settings};
+use super::{End, Initial, NO_MANEUVER, Observe, Reason, Solved, Task, Unsolved, newton_settings};
 
-const FROM_START: &str = "bodies that are planned together are planned from the start of the scene, and not anew in flight";
+const STATES: &str = "bodies that are planned together are planned from the states of all of them: from the start of the scene, or in flight by the planner node";
 
 /// One of so many iterations is told of: rounds have many short ones.
 const EVERY: u32 = 20;
 
-/// Plans all bodies of the maneuver from the start of the scene.
+/// Plans all bodies of the maneuver, from the start of the scene or from where they will be.
 pub(super) fn solve(
     scene: &Scene,
     maneuver: &Maneuver,
     task: &Task,
     observe: Observe<'_>,
 ) -> Result<Solved, Unsolved> {
-    let start = scene.bodies[maneuver.body].state;
-    let from_start = match &task.initial {
-        Initial::State(state) => task.first_step == 0 && *state == start,
+    let refused = |error: &dyn Display| Unsolved::new(Reason::Refused, error);
+    let start = |planned: &Maneuver| scene.bodies[planned.body].state;
+    let (initial, seen) = match &task.initial {
+        Initial::State(state) if task.first_step == 0 && *state == start(maneuver) => {
+            (maneuver.planned().map(start).collect(), None)
+        }
+        Initial::State(_) | Initial::Known(_) => return Err(refused(&STATES)),
         #[cfg(feature = "node")]
-        Initial::Forecast(_) => false,
+        Initial::Forecast(forecast) => {
+            let predicted = forecast.of(scene, maneuver, task.first_step);
+            let predicted = predicted.map_err(|error| refused(&error))?;
+            let seen = forecast.seen(scene).map_err(|error| refused(&error))?;
+            let states: Vec<_> = predicted.iter().map(|body| body.state).collect();
+            (states, seen)
+        }
     };
-    if !from_start {
-        return Err(Unsolved::new(Reason::Refused, FROM_START));
-    }
-    let (Some(transfers), Some(separation)) = (scene.transfers(), maneuver.separation) else {
-        return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
+    let maneuver = seen.as_ref().unwrap_or(maneuver);
+    let (End::After(intervals), Some(separation)) = (task.end, maneuver.separation) else {
+        return Err(refused(&NO_MANEUVER));
     };
-    let transfers = transfers.map_err(|error| Unsolved::new(Reason::Refused, error))?;
+    let transfers = scene.transfers_of(maneuver, &initial, intervals);
+    let transfers = transfers.map_err(|error| refused(&error))?;
+    let warm = (task.guess.as_ref()).map_or_else(Vec::new, |guess| guess.remaining(&transfers));
     let settings = newton_settings(&maneuver.solver);
     let mut seen = 0_u32;
-    let found = solve_together(&transfers, separation, &settings, |now| {
+    let found = solve_together(&transfers, separation, &warm, &settings, |now| {
         seen += 1;
         !seen.is_multiple_of(EVERY) || observe(&now.into())
     })
@@ -49,13 +62,14 @@ pub(super) fn solve(
     info!("{remark}");
     let mut plans = found.plans.into_iter();
     let Some(plan) = plans.next() else {
-        return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
+        return Err(refused(&NO_MANEUVER));
     };
     let mut solved = Solved {
         companions: plans.collect(),
         ..Solved::new(plan, remark)
     };
     solved.describe();
+    solved.seen = seen.map(Arc::new);
     Ok(solved)
 }
 
@@ -116,7 +130,7 @@ mod tests {
 
     use super::*;
     use crate::sequence::Sequence;
-    use crate::solver::{End, solve};
+    use crate::solver::solve;
 
     const SCENE: &str = include_str!("../../../../scenes/formation_change.toml");
 
@@ -181,7 +195,7 @@ mod tests {
             };
             let refused = solve(&scene, &task, &mut |_| true).unwrap_err();
             assert_eq!(refused.reason, Reason::Refused);
-            assert_eq!(refused.message, FROM_START);
+            assert_eq!(refused.message, STATES);
         }
         let refused = crate::plan(&scene, &mut |_| true).unwrap_err();
         assert_eq!(refused.reason, Reason::Refused);

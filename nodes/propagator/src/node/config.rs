@@ -4,7 +4,7 @@ use lgvi_common::{FramePrefix, load_scene, publishes_clock, required_path};
 use lgvi_middleware::node::NodeError;
 use lgvi_middleware::shm::Delivery;
 use lgvi_middleware::{ParameterChange, ParameterSpec, Parameters};
-use lgvi_scene::{Commands, Scene};
+use lgvi_scene::{Commands, Maneuver, Scene};
 
 use crate::node::wrench::Terms;
 
@@ -213,14 +213,17 @@ impl Config {
     }
 }
 
-/// The bodies that loads can move, if they are not so many that nobody flies them one by one. In lockstep with its planner,
-/// the body of the maneuver follows plans alone.
+/// The bodies that loads can move, if they are not so many that nobody flies them one by one. In lockstep with their planner,
+/// planned bodies follow plans alone.
 fn movable(scene: &Scene, lockstep: bool) -> Vec<usize> {
     let maneuver = scene.maneuver.as_ref().filter(|_| lockstep);
-    let planned = maneuver.map(|maneuver| maneuver.body);
+    let is_planned = |index| {
+        let mut planned = maneuver.into_iter().flat_map(Maneuver::planned);
+        planned.any(|planned| planned.body == index)
+    };
     let bodies = scene.bodies.iter().enumerate();
     let movable: Vec<_> = bodies
-        .filter(|(index, body)| Some(*index) != planned && !body.body.mobility().is_given())
+        .filter(|(index, body)| !is_planned(*index) && !body.body.mobility().is_given())
         .map(|(index, _)| index)
         .collect();
     if movable.len() > MOST_WRENCHES {

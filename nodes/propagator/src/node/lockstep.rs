@@ -11,8 +11,8 @@ const SILENCE: Duration = Duration::from_secs(5);
 /// Where a flight waits for the plans that are made on its way: the states of these steps are what its planner plans from.
 pub(crate) struct Lockstep {
     replan: Replan,
-    /// The body that is planned for.
-    body: usize,
+    /// The bodies that are planned for.
+    bodies: Vec<usize>,
     /// Of the scene (s).
     step_size: f64,
     /// The present wait, if there is one.
@@ -32,7 +32,7 @@ impl Lockstep {
         let maneuver = scene.maneuver.as_ref()?;
         Some(Self {
             replan: maneuver.replan?,
-            body: maneuver.body,
+            bodies: maneuver.planned().map(|planned| planned.body).collect(),
             step_size: scene.seconds(1),
             wait: None,
         })
@@ -40,7 +40,8 @@ impl Lockstep {
 
     /// The flight has made a step; whether a plan is made of the state that it has led to.
     pub(crate) fn reach(&mut self, flight: &Flight) -> bool {
-        let arrival = flight.sequence_end(self.body).unwrap_or(0);
+        let arrivals = self.bodies.iter().map(|body| flight.sequence_end(*body));
+        let arrival = arrivals.min().flatten().unwrap_or(0);
         let first_step = self
             .replan
             .in_lockstep(flight.step(), self.step_size, arrival);
@@ -57,7 +58,8 @@ impl Lockstep {
         let Some(wait) = &mut self.wait else {
             return false;
         };
-        if flight.has_sequence_from(self.body, wait.first_step) {
+        let begins = |body: &usize| flight.has_sequence_from(*body, wait.first_step);
+        if self.bodies.iter().all(begins) {
             self.wait = None;
             return false;
         }

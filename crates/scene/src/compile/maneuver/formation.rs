@@ -78,11 +78,6 @@ fn check_options(scene: &Scene, alone: &Maneuver, file: &ManeuverFile) -> Result
             "the sides on which bodies pass each other are chosen without it",
         ),
         (
-            "replan",
-            alone.replan.is_some(),
-            "the bodies are planned once; `feedback` corrects them",
-        ),
-        (
             "confidence",
             file.confidence.is_some(),
             "constraints hold for the nominal flight",

@@ -134,7 +134,7 @@ fn a_flight_by_thrusters_is_planned_anew_and_arrives() {
     let path = world.path("replanned.toml");
     std::fs::write(&path, text.replace("commands = \"thrusters\"\n", keys)).unwrap();
     let (summary, bag) = world.fly_fast(&path, "replanned");
-    let plans = summary.replanned.unwrap();
+    let plans = summary.replanned.as_ref().unwrap();
     // At steps 60 and 120; at 180 less than 60 steps would be left to a plan.
     assert_eq!((plans.published, plans.kept), (2, 0));
     let flown = summary.flight.unwrap();
@@ -166,7 +166,7 @@ fn a_flight_by_wheels_is_planned_anew_and_arrives() {
     let path = world.path("replanned.toml");
     std::fs::write(&path, text.replace("commands = \"wheels\"\n", keys)).unwrap();
     let (summary, bag) = world.fly_fast(&path, "replanned");
-    let plans = summary.replanned.unwrap();
+    let plans = summary.replanned.as_ref().unwrap();
     // At steps 150 and 300; at 450 fewer than 150 steps would be left to a plan.
     assert_eq!((plans.published, plans.kept), (2, 0));
     arrived_by_wheels(&summary, 1e-7);
@@ -190,7 +190,7 @@ fn a_formation_is_planned_anew_and_arrives() {
     let path = world.path("replanned.toml");
     std::fs::write(&path, text).unwrap();
     let (summary, bag) = world.fly_fast(&path, "replanned");
-    let plans = summary.replanned.unwrap();
+    let plans = summary.replanned.as_ref().unwrap();
     // At steps 15 and 30, from 17 and 32 on; at 45 fewer than 15 steps would be left to a plan.
     assert_eq!((plans.published, plans.kept), (2, 0));
     let flown = summary.flight.unwrap();
@@ -198,7 +198,7 @@ fn a_formation_is_planned_anew_and_arrives() {
     assert!(miss.position < 1e-4, "{miss:?}");
     assert_eq!(flown.companions.len(), 2);
     for arrival in &flown.companions {
-        let miss = arrival.miss.unwrap();
+        let miss = arrival.miss.as_ref().unwrap();
         assert!(miss.position < 1e-4, "{miss:?}");
     }
     let recording = Recording::read(&bag);
@@ -208,7 +208,7 @@ fn a_formation_is_planned_anew_and_arrives() {
 #[track_caller]
 fn arrived_by_wheels(summary: &Summary, cost_tolerance: f64) {
     let flown = summary.flight.as_ref().unwrap();
-    let (miss, cost) = (flown.miss.unwrap(), flown.cost.unwrap());
+    let (miss, cost) = (flown.miss.as_ref().unwrap(), flown.cost.unwrap());
     assert!(miss.attitude < 1e-10, "{miss:?}");
     assert!(miss.angular_momentum < 1e-10, "{miss:?}");
     let planned = summary.plan.as_ref().unwrap().cost;
@@ -224,7 +224,7 @@ fn a_flight_planned_anew_does_not_depend_on_the_planners_speed() {
     let world = World::new();
     let path = scene("inclination_replan");
     let (summary, bag) = world.fly_fast(&path, "undisturbed");
-    let plans = summary.replanned.unwrap();
+    let plans = summary.replanned.as_ref().unwrap();
     // Steps 50 to 400: at 450 less than 50 steps would be left to a plan.
     assert_eq!((plans.published, plans.kept), (8, 0));
     let undisturbed = Recording::read(&bag);

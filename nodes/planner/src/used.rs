@@ -30,7 +30,7 @@ impl Used {
     /// What is left of a body that began like this, in its present state.
     pub(crate) fn leaves(&self, body: &RigidBody, state: BodyState) -> Predicted {
         let mut now = Predicted::of(body, state);
-        for left in &mut now.propellant {
+        if let Some(left) = &mut now.propellant {
             *left = (*left - self.propellant).max(0.0);
         }
         for (momentum, impulse) in now.wheel_momenta.iter_mut().zip(&self.impulses) {

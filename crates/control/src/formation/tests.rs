@@ -84,6 +84,7 @@ fn the_sum_of_the_costs_is_stationary_by_a_shared_path() {
         plans: Vec::new(),
         paths: Vec::new(),
         near: Vec::new(),
+        keeps_sides: false,
     };
     bodies.free().unwrap();
     let found = bodies.settle().unwrap();

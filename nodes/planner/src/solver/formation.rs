@@ -45,10 +45,10 @@ pub(super) fn solve(
     let transfers = transfers.map_err(|error| refused(&error))?;
     let warm = (task.guess.as_ref()).map_or_else(Vec::new, |guess| guess.remaining(&transfers));
     let settings = newton_settings(&maneuver.solver);
-    let mut seen = 0_u32;
+    let mut count = 0_u32;
     let found = solve_together(&transfers, separation, &warm, &settings, |now| {
-        seen += 1;
-        !seen.is_multiple_of(EVERY) || observe(&now.into())
+        count += 1;
+        !count.is_multiple_of(EVERY) || observe(&now.into())
     })
     .map_err(|error| unsolved(scene, maneuver, error))?;
     let agreement = found.agreement;

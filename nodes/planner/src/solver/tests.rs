@@ -34,7 +34,7 @@ fn miss(scene: &Scene, plan: &Plan) -> f64 {
     let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
     for control in &plan.controls {
         simulation
-            .advance(std::slice::from_ref::<Load>(control))
+            .advance(slice::from_ref::<Load>(control))
             .unwrap();
     }
     scene.miss(&simulation.states()[0]).unwrap().norm()

@@ -154,6 +154,12 @@ fn begin(scene: &Scene, state: &State) -> PyResult<(u64, lgvi_dynamics::BodyStat
         found.angular_velocity(other),
     );
     let same = own.mass() == other.mass() && own.inertia() == other.inertia();
+    let changes = own.wheels().is_some() || maneuver.uses_propellant(scene);
+    if changes && !(same && own.wheels() == other.wheels()) {
+        return Err(refuse(
+            "`state` is of a scene whose body has another mass, inertia or wheels, expected those of this scene",
+        ));
+    }
     Ok((step, if same { *found } else { body }))
 }
 

@@ -319,8 +319,9 @@ impl Scene {
     ///     A state of the flight, such as `simulation.state()`: the rest of the maneuver is planned from its step on. By
     ///     default, the whole maneuver is planned from the start of the scene.
     /// warm : Plan, optional
-    ///     A plan of the same scene. With a state, the solver starts from the rest of it, and the new plan arrives when it
-    ///     does; without a state it is not used.
+    ///     A plan of the same scene that is flown until the state. The solver starts from the rest of it, and the new plan
+    ///     arrives when it does. What reaction wheels store and what propellant is left follow from it, so that maneuvers by
+    ///     wheels and with propellant need it beside a state. Without a state it is not used.
     ///
     /// Raises
     /// ------

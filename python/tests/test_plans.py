@@ -140,3 +140,20 @@ def test_the_rest_of_a_maneuver_is_planned_anew(inclination: lgvi.Scene) -> None
     np.testing.assert_allclose(arrived.velocity_m_s[0], plan.velocity_m_s[-1], atol=1e-11)
     with pytest.raises(lgvi.PlanError, match="two steps"):
         inclination.plan(arrived)
+
+
+def test_the_rest_of_a_maneuver_by_wheels_needs_the_plan_that_is_flown_until_then(scenes: Path) -> None:
+    scene = lgvi.Scene.load(scenes / "wheel_slew_plan.toml").with_values({"run.steps": 120})
+    plan = scene.plan()
+    simulation = scene.simulation()
+    simulation.accept(plan)
+    simulation.step(40)
+    state = simulation.state()
+    with pytest.raises(lgvi.PlanError, match="what the wheels store"):
+        scene.plan(state)
+    rest = scene.plan(state, warm=plan)
+    np.testing.assert_allclose(rest.wheel_torque_n_m, plan.wheel_torque_n_m[40:], rtol=0.0, atol=1e-7)
+    text = scene.text.replace("mass = 20.0", "mass = 21.0")
+    assert text != scene.text
+    with pytest.raises(ValueError, match="another mass"):
+        lgvi.Scene.from_toml(text).plan(state, warm=plan)

@@ -15,9 +15,9 @@ PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], initial a
 [{kind, ...}, ...] as INEQUALITIES reads them, and the guess {states: [{x, gamma, R, Pi}, ...], controls: [[6], ...]}, which
 every solve starts from. What is commanded is force and moment, {weights: [force 3x3, moment 3x3]}, or the thrusts of thrusters
 that turn with the body, {columns: [[force, moment per thrust in the body frame], ...], limits, prices, fuel: BOOL}, or the torques
-of its reaction wheels, {axes: [[3], ...], limits, prices, stored: [3]}, with the momentum that they store at the start. Those only
-"controls" has, without gravity: there the steps are those of the LGVI, (3.22)-(3.26), and of a gyrostat, whose position stays. A
-solve ends after `seconds` on the processor where IPOPT is asked.
+of its reaction wheels, {axes: [[3], ...], limits, prices, stored: [3]}, with the momentum that they store at the start. For
+thrusters and wheels there are only "controls", without gravity. Their steps are those of the LGVI, (3.22)-(3.26), and with wheels
+those of a gyrostat, whose position stays. A solve ends after `seconds` on the processor where IPOPT is asked.
 
 The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu or, for fuel,
 sum h prices'w, both ends fixed, the inequalities in each step or at its end. What was done to be fair to the peers:

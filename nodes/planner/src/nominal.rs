@@ -1,5 +1,5 @@
 use lgvi_control::Plan;
-use lgvi_dynamics::{BodyState, Load};
+use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
 use lgvi_scene::{Commands, Scene};
@@ -74,10 +74,10 @@ pub fn plan_rest(
             message,
         });
     }
-    let flown = warm.filter(|plan| plan.first_step() <= first_step);
-    let used = flown.map(|plan| plan.used(scene, first_step));
     let maneuver = scene.maneuver.as_ref().ok_or_else(no_maneuver)?;
     let body = &scene.bodies[maneuver.body].body;
+    let flown = warm.filter(|plan| plan.first_step() <= first_step);
+    let used = flown.map(|plan| plan.used(scene, body, first_step));
     let task = Task {
         first_step,
         initial: match &used {
@@ -125,9 +125,9 @@ fn made(
 
 impl NominalPlan {
     /// What it and the plans before it have used by a step.
-    fn used(&self, scene: &Scene, step: u64) -> Used {
+    fn used(&self, scene: &Scene, body: &RigidBody, step: u64) -> Used {
         let mut used = self.used_before.clone();
-        used.add(scene, &self.sequence, step);
+        used.add(scene, body, &self.sequence, step);
         used
     }
 
@@ -231,7 +231,12 @@ mod tests {
             let state = whole.solution().states[step];
             let begin = (step as u64, state);
             let refused = plan_rest(&scene, begin, None, &mut |_| true).unwrap_err();
-            assert!(refused.message.contains("only at step 0"), "{refused}");
+            assert!(
+                refused
+                    .message
+                    .contains("what propellant is left at a later step"),
+                "{refused}"
+            );
             last = plan_rest(&scene, begin, Some(&last), &mut |_| true).unwrap();
             let expected = &whole.solution().controls[step..];
             let most = expected.iter().map(|load| load.force.norm());

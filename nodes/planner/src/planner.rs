@@ -31,9 +31,6 @@ const LOOK: Duration = Duration::from_millis(5);
 /// How long acknowledgments are waited for, by topic, when the node ends.
 const FAREWELL: Duration = Duration::from_millis(200);
 
-/// Sequences that may still act, or on which later ones build.
-const SEQUENCES: usize = 4;
-
 /// The node while it is configured.
 pub(crate) struct Planner {
     pub(crate) events: Arc<Reporter>,
@@ -55,7 +52,7 @@ pub(crate) struct Planner {
     pub(crate) current: Option<Current>,
     /// A goal that waits for its turn.
     pub(crate) waiting: Option<Goal>,
-    /// What has been published, the last ones, in the order of their first steps.
+    /// What has been published and may still act, in the order of the first steps.
     pub(crate) sequences: Vec<Sequence>,
     /// What those before the first of them have used.
     pub(crate) used_before: Used,
@@ -253,10 +250,14 @@ impl Planner {
         // As the propagator does: the later one takes the place of those that would begin after it.
         self.sequences
             .retain(|earlier| earlier.first_step < first_step);
-        if self.sequences.len() == SEQUENCES {
+        let reached = self.follower.latest().map_or(0, |latest| latest.step);
+        while let [_, next, ..] = &self.sequences[..]
+            && next.first_step <= reached
+        {
+            let end = next.first_step;
             let gone = self.sequences.remove(0);
-            let next = self.sequences.first().unwrap_or(&gone).first_step;
-            self.used_before.add(&self.scene, &gone, next);
+            let body = &self.scene.bodies[self.maneuver.body].body;
+            self.used_before.add(&self.scene, body, &gone, end);
         }
         self.sequences.push(sequence.clone());
         if first_step == 0 {

@@ -99,11 +99,12 @@ impl Forecast {
         let reached = self.from.step;
         let later = self.sequences.iter().skip(1).map(|next| next.first_step);
         let ends = later.chain([reached]).map(|end| end.min(reached));
+        let rigid = &scene.bodies[body].body;
         let mut used = self.used_before.clone();
         for (sequence, end) in self.sequences.iter().zip(ends) {
-            used.add(scene, sequence, end);
+            used.add(scene, rigid, sequence, end);
         }
-        let now = used.leaves(&scene.bodies[body].body, self.from.states[body]);
+        let now = used.leaves(rigid, self.from.states[body]);
         let before = || scene.bodies[..body].iter().map(|named| &named.body);
         let thrusted = before().filter_map(RigidBody::thrusters).count();
         let propellants = actuators.propellants.iter_mut().skip(thrusted);
@@ -126,6 +127,7 @@ mod tests {
     use lgvi_control::miss;
     use lgvi_dynamics::BodyState;
     use lgvi_propagator::{Controls, Flight};
+    use nalgebra::SVector;
 
     use super::*;
     use crate::solver::{End, Initial, Task, solve};
@@ -203,8 +205,9 @@ mod tests {
         assert_eq!(error, "the flight has reached step 40, expected at most 39");
     }
 
-    /// The greatest miss of a planned body in a flight, with a plan from each multiple of `every` steps on if that is given.
-    fn flown(scene: &Scene, every: Option<u64>) -> f64 {
+    /// By how much the planned bodies miss their targets, and how near they come to each other from the step `LATER` on, in a
+    /// flight with a plan from each multiple of `every` steps on if that is given.
+    fn flown(scene: &Scene, every: Option<u64>) -> (Vec<SVector<f64, 12>>, f64) {
         let maneuver = scene.maneuver.as_ref().unwrap();
         let mut flight = Flight::new(scene).unwrap();
         let mut sequences = vec![plan(scene, 0, scene.bodies[maneuver.body].state)];
@@ -214,6 +217,7 @@ mod tests {
             }
         };
         accept(&mut flight, &sequences[0]);
+        let mut nearest = f64::INFINITY;
         while flight.step() < scene.steps {
             let step = flight.step();
             if every.is_some_and(|every| {
@@ -244,10 +248,25 @@ mod tests {
                 accept(&mut flight, sequences.last().unwrap());
             }
             flight.advance().unwrap();
+            let states = flight.states();
+            for (count, one) in maneuver.planned().enumerate() {
+                for other in maneuver.planned().take(count) {
+                    let apart = states[one.body].position - states[other.body].position;
+                    if flight.step() >= LATER {
+                        nearest = nearest.min(apart.norm());
+                    }
+                }
+            }
         }
         let misses = scene.misses(flight.system().bodies(), flight.states());
-        let misses = misses.iter().map(|miss| miss.as_ref().unwrap().norm());
-        misses.fold(0.0, f64::max)
+        let misses = misses.into_iter().map(|miss| miss.unwrap());
+        (misses.collect(), nearest)
+    }
+
+    const LATER: u64 = 19;
+
+    fn missed(scene: &Scene, every: Option<u64>) -> f64 {
+        flown(scene, every).0[0].norm()
     }
 
     /// Satellites that exchange places begin elsewhere than expected. Plans made in flight bring all of them to their targets.
@@ -264,9 +283,15 @@ mod tests {
                 "{text}\n[disturbance]\nseed = {seed}\n{deviations}\n[[disturbance.bodies]]\nbody = \"light\"\n{deviations}"
             );
             let scene = Scene::parse("test", &disturbed).unwrap();
-            let [seen, unseen] = [Some(15), None].map(|every| flown(&scene, every));
-            assert!(seen < 1e-6, "seed {seed}: {seen:e}");
-            assert!(unseen > 0.3, "seed {seed}: {unseen:e}");
+            let [seen, unseen] = [Some(15), None].map(|every| {
+                let (misses, nearest) = flown(&scene, every);
+                let misses = misses.iter().map(|miss| miss.fixed_rows::<3>(0).norm());
+                (misses.fold(0.0, f64::max), nearest)
+            });
+            assert!(seen.0 < 1e-6, "seed {seed}: {seen:?}");
+            // A plan begins with the first of these steps.
+            assert!(seen.1 > 40.0 * (1.0 - 1e-6), "seed {seed}: {seen:?}");
+            assert!(unseen.0 > 0.3, "seed {seed}: {unseen:?}");
         }
     }
 
@@ -277,7 +302,7 @@ mod tests {
         for seed in 11..17 {
             let text = text.replace("seed = 5", &format!("seed = {seed}"));
             let scene = Scene::parse("test", &text).unwrap();
-            let [seen, unseen] = [Some(18), None].map(|every| flown(&scene, every));
+            let [seen, unseen] = [Some(18), None].map(|every| missed(&scene, every));
             assert!(seen < 1e-9, "seed {seed}: {seen:e}");
             assert!(unseen > 0.3, "seed {seed}: {unseen:e}");
         }
@@ -297,7 +322,7 @@ mod tests {
                 "{text}\n[disturbance]\nseed = {seed}\nattitude = 0.02\nangular_velocity = 5e-4\n"
             );
             let scene = Scene::parse("test", &disturbed).unwrap();
-            let [seen, unseen] = [Some(9), None].map(|every| flown(&scene, every));
+            let [seen, unseen] = [Some(9), None].map(|every| missed(&scene, every));
             assert!(seen < 1e-9, "seed {seed}: {seen:e}");
             assert!(unseen > 1e-2, "seed {seed}: {unseen:e}");
         }

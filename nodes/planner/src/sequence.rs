@@ -397,7 +397,10 @@ mod tests {
         let state = whole.solution().states[20];
         let later = |warm| crate::plan_rest(&scene, (20, state), warm, &mut |_| true);
         let error = later(None).unwrap_err().to_string();
-        assert!(error.contains("begin only at step 0 here"), "{error}");
+        assert!(
+            error.contains("the plan that is flown until then"),
+            "{error}"
+        );
         let rest = later(Some(&whole)).unwrap();
         let torques = &whole.solution().commands[20..];
         for (one, other) in torques.iter().zip(&rest.solution().commands) {

@@ -14,9 +14,9 @@ pub(crate) struct Used {
 }
 
 impl Used {
-    /// Adds what `sequence` uses before the step `end`.
-    pub(crate) fn add(&mut self, scene: &Scene, sequence: &Sequence, end: u64) {
-        if let Some(thrusters) = scene.bodies[sequence.body].body.thrusters() {
+    /// Adds what `sequence` uses of `body` before the step `end`.
+    pub(crate) fn add(&mut self, scene: &Scene, body: &RigidBody, sequence: &Sequence, end: u64) {
+        if let Some(thrusters) = body.thrusters() {
             self.propellant += sequence.propellant_used(scene, thrusters, end);
         }
         let impulses = sequence.wheel_impulses(scene, end);

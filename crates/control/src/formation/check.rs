@@ -1,6 +1,9 @@
 use super::error::FormationError;
 use crate::{Motion, Plan, Transfer};
 
+/// By how much, in parts of the separation, bodies may be nearer to each other at the start or the end: so much a plan may be off.
+const NEARER: f64 = 1e-6;
+
 /// Checks that transfers can be planned together: that there are two or more with the same steps, that each moves its body at a
 /// quadratic cost, and that all keep apart at their starts and, where the targets fix them, at their ends.
 ///
@@ -58,7 +61,7 @@ pub fn check_together(transfers: &[Transfer], separation: f64) -> Result<(), For
                     continue;
                 };
                 let distance = (one - two).norm();
-                if distance < separation {
+                if distance < separation * (1.0 - NEARER) {
                     return Err(FormationError::Near {
                         bodies: [other, body],
                         at,

@@ -73,6 +73,7 @@ pub(crate) fn fly(
     if course.under_way(shutdown) {
         let factor = options.real_time_factor.unwrap_or(default_factor(scene));
         if options.real_time_factor.is_none()
+            && planned
             && let Some(note) = long(scene, factor)
         {
             course.progress.say(&note);

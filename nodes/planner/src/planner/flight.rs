@@ -13,6 +13,7 @@ use crate::replanner::Replanner;
 use crate::sequence::Sequence;
 use crate::solver::{
     End, Guess, Initial, Iteration, NOT_MINIMUM_IN_FLIGHT, Reason, Solved, Task, Unsolved,
+    check_known,
 };
 use crate::used::Used;
 
@@ -34,6 +35,10 @@ impl Planner {
             return Err(format!(
                 "`first_step` is {first_step}, expected at least two steps before {arrival}"
             ));
+        }
+        if self.initial.is_none() {
+            let known = check_known(&self.scene, &self.maneuver, first_step);
+            known.map_err(|unsolved| unsolved.message)?;
         }
         let forecast = Forecast {
             scheme: self.scheme,
@@ -97,13 +102,17 @@ impl Planner {
         };
         match solved {
             Ok(solved) => {
-                let sufficient = solved.plan.certificate.sufficient;
+                let sufficient = current.last.sufficient;
+                let remark = match solved.companions.is_empty() {
+                    true => String::new(),
+                    false => solved.remark.clone(),
+                };
                 self.publish(first_step, solved)?;
                 let seconds = origin.at.elapsed().as_secs_f64();
                 if !sufficient {
                     Warning::new(WarningCode::NotMinimum, NOT_MINIMUM_IN_FLIGHT).tell(&self.events);
                 }
-                let outcome = (PlanProgress::CONVERGED, String::new());
+                let outcome = (PlanProgress::CONVERGED, remark);
                 self.progress(first_step, &current.last, outcome);
                 if let Some(replanner) = &mut self.replanner {
                     replanner.published += 1;

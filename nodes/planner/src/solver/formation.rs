@@ -12,7 +12,7 @@ use super::{End, Initial, NO_MANEUVER, Observe, Reason, Solved, Task, Unsolved, 
 const STATES: &str = "bodies that are planned together are planned from the states of all of them: from the start of the scene, or in flight by the planner node";
 
 /// One of so many iterations is told of: rounds have many short ones.
-const EVERY: u32 = 20;
+const EVERY: u32 = 5;
 
 /// Plans all bodies of the maneuver, from the start of the scene or from where they will be.
 pub(super) fn solve(
@@ -23,7 +23,7 @@ pub(super) fn solve(
 ) -> Result<Solved, Unsolved> {
     let refused = |error: &dyn Display| Unsolved::new(Reason::Refused, error);
     let start = |planned: &Maneuver| scene.bodies[planned.body].state;
-    let (initial, seen) = match &task.initial {
+    let (initial, seen): (Vec<_>, Option<Maneuver>) = match &task.initial {
         Initial::State(state) if task.first_step == 0 && *state == start(maneuver) => {
             (maneuver.planned().map(start).collect(), None)
         }
@@ -182,7 +182,7 @@ mod tests {
     }
 
     #[test]
-    fn formations_are_planned_from_the_start_only_and_by_the_node() {
+    fn formations_are_planned_from_the_states_of_all_bodies_and_by_the_node() {
         let scene = scene();
         let start = scene.bodies[1].state;
         for (first_step, state) in [(5, start), (0, scene.bodies[2].state)] {

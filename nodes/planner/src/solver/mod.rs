@@ -23,15 +23,17 @@ use lgvi_scene::{Commands, Maneuver, Minimize, Scene, Search, Solver, SolverMeth
 use tracing::info;
 
 pub use self::iteration::Iteration;
+#[cfg(feature = "node")]
 pub(crate) use self::iteration::violation;
 pub use self::outcome::Reason;
-pub(crate) use self::outcome::{NOT_MINIMUM, NOT_MINIMUM_IN_FLIGHT, Phased, Solved, Unsolved};
+#[cfg(feature = "node")]
+pub(crate) use self::outcome::{NOT_MINIMUM, NOT_MINIMUM_IN_FLIGHT};
+pub(crate) use self::outcome::{Phased, Solved, Unsolved};
 pub(crate) use self::task::{End, Guess, Initial, Predicted, Task};
 
 const NO_MANEUVER: &str = "the scene has no maneuver";
-const LATER: &str =
-    "a plan for wheels can begin only at step 0 here: their momenta later are not known";
-const LIGHTER: &str = "a plan that uses propellant can begin only at step 0 here: how much is left later is not known";
+const LATER: &str = "what the wheels store at a later step is known only from the plan that is flown until then, and there is none";
+const LIGHTER: &str = "what propellant is left at a later step is known only from the plan that is flown until then, and there is none";
 const LATER_PHASES: &str = "the lengths of the phases are found for the whole maneuver only: a later plan keeps those of an earlier one";
 
 /// Sees each iteration, and may end the task.
@@ -103,7 +105,11 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
 }
 
 /// Refuses plans from a later state if the actuators are not known there.
-fn check_known(scene: &Scene, maneuver: &Maneuver, first_step: u64) -> Result<(), Unsolved> {
+pub(crate) fn check_known(
+    scene: &Scene,
+    maneuver: &Maneuver,
+    first_step: u64,
+) -> Result<(), Unsolved> {
     let unknown = [
         (maneuver.commands() == Commands::Wheels, LATER),
         (maneuver.uses_propellant(scene), LIGHTER),

@@ -436,6 +436,35 @@ fn the_rest_of_a_formation_is_planned_as_it_was() {
     }
 }
 
+/// Bodies pass each other on the side of the plans that they start from, though the other one is cheaper.
+#[test]
+fn sides_are_kept_by_plans_that_start_from_others() {
+    let transfers = |aside: f64| {
+        let end = Vector3::new(1.0, aside, 0.0);
+        let ends = [[-Vector3::x(), end], [Vector3::x(), -end]];
+        ends.map(|ends| {
+            FREE.transfer(&Way {
+                mass: 1.0,
+                weight: 1.0,
+                ends,
+            })
+        })
+    };
+    let side = |found: &Formation| {
+        let [one, other] = [0, 1].map(|body| found.plans[body].states[20].position.y);
+        (one - other).signum()
+    };
+    let left = together(&transfers(0.05), 0.5).unwrap_or_else(|error| panic!("{error}"));
+    let right = transfers(-0.02);
+    let cold = together(&right, 0.5).unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!([side(&left), side(&cold)], [1.0, -1.0]);
+    let settings = NewtonSettings::default();
+    let warm = solve_together(&right, 0.5, &left.plans, &settings, |_| true)
+        .unwrap_or_else(|error| panic!("{error}"));
+    assert_eq!(side(&warm), 1.0);
+    assert!(warm.total_cost() > cold.total_cost());
+}
+
 /// A body that stays where it is gives way and comes back.
 #[test]
 fn a_body_at_rest_gives_way() {

@@ -53,7 +53,7 @@ impl Display for Explanation {
         if let Some(seed) = self.disturbance {
             write!(
                 f,
-                "\n  disturbed   by seed {seed}: flown from another state, with other thrust than planned"
+                "\n  disturbed   by seed {seed}: states at the start and actuators are not quite those of the plan"
             )?;
         }
         write!(f, "{}{}", self.integrator, self.skips)?;

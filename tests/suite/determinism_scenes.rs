@@ -125,18 +125,28 @@ fn debug_and_release_builds_agree() {
     assert_eq!(debug, printed(&fly_in_release()));
 }
 
+/// Flies a scene whose text is changed, with so many plans on the way, and verifies the flight.
+#[track_caller]
+fn planned_anew(name: &str, changed: impl FnOnce(&str) -> String, plans: u64) -> Summary {
+    let world = World::new();
+    let text = std::fs::read_to_string(scene(name)).unwrap();
+    let path = world.path("replanned.toml");
+    std::fs::write(&path, changed(&text)).unwrap();
+    let (summary, bag) = world.fly_fast(&path, "replanned");
+    let made = summary.replanned.as_ref().unwrap();
+    assert_eq!((made.published, made.kept), (plans, 0));
+    let recording = Recording::read(&bag);
+    world.verify_agrees(&bag, recording.on(STATE).count() as u64);
+    summary
+}
+
 /// Plans for thrusters that are made on the way take over from each other, and lead to the target.
 #[test]
 fn a_flight_by_thrusters_is_planned_anew_and_arrives() {
-    let world = World::new();
-    let text = std::fs::read_to_string(scene("thruster_rendezvous")).unwrap();
     let keys = "commands = \"thrusters\"\nreplan = { every = 60, deadline = 1.0 }\n";
-    let path = world.path("replanned.toml");
-    std::fs::write(&path, text.replace("commands = \"thrusters\"\n", keys)).unwrap();
-    let (summary, bag) = world.fly_fast(&path, "replanned");
-    let plans = summary.replanned.as_ref().unwrap();
+    let changed = |text: &str| text.replace("commands = \"thrusters\"\n", keys);
     // At steps 60 and 120; at 180 less than 60 steps would be left to a plan.
-    assert_eq!((plans.published, plans.kept), (2, 0));
+    let summary = planned_anew("thruster_rendezvous", changed, 2);
     let flown = summary.flight.unwrap();
     let (miss, cost) = (flown.miss.unwrap(), flown.cost.unwrap());
     assert!(miss.position < 1e-5 && miss.attitude < 1e-6, "{miss:?}");
@@ -145,8 +155,6 @@ fn a_flight_by_thrusters_is_planned_anew_and_arrives() {
         (cost / planned - 1.0).abs() < 1e-5,
         "{cost}, planned {planned}"
     );
-    let recording = Recording::read(&bag);
-    world.verify_agrees(&bag, recording.on(STATE).count() as u64);
 }
 
 /// The wheels fly the plan of their torques, which leads to the target at its cost.
@@ -160,40 +168,28 @@ fn a_flight_by_wheels_arrives_at_the_cost_of_its_plan() {
 /// Plans for wheels that are made on the way take over from each other, and lead to the target at the cost of the first.
 #[test]
 fn a_flight_by_wheels_is_planned_anew_and_arrives() {
-    let world = World::new();
-    let text = std::fs::read_to_string(scene("wheel_slew_plan")).unwrap();
     let keys = "commands = \"wheels\"\nreplan = { every = 50, deadline = 21.0 }\n";
-    let path = world.path("replanned.toml");
-    std::fs::write(&path, text.replace("commands = \"wheels\"\n", keys)).unwrap();
-    let (summary, bag) = world.fly_fast(&path, "replanned");
-    let plans = summary.replanned.as_ref().unwrap();
+    let changed = |text: &str| text.replace("commands = \"wheels\"\n", keys);
     // At steps 50 to 300, each from 210 steps later on: up to five of them wait for their first step.
-    assert_eq!((plans.published, plans.kept), (6, 0));
+    let summary = planned_anew("wheel_slew_plan", changed, 6);
     arrived_by_wheels(&summary, 1e-7);
-    let recording = Recording::read(&bag);
-    world.verify_agrees(&bag, recording.on(STATE).count() as u64);
 }
 
 /// Bodies that are planned together begin elsewhere than expected, and are planned anew on the way.
 #[test]
 fn a_formation_is_planned_anew_and_arrives() {
-    let world = World::new();
-    let text = std::fs::read_to_string(scene("formation_change")).unwrap();
-    let text = text.replace("steps = 150", "steps = 60").replace(
-        "separation = 40.0",
-        "separation = 40.0\nreplan = { every = 15, deadline = 24.0 }",
-    );
-    let deviations = "position = 0.3\nvelocity = 0.003\n";
-    let text = format!(
-        "{text}\n[disturbance]\nseed = 1\n{deviations}\n[[disturbance.bodies]]\nbody = \"third\"\n{deviations}"
-    );
-    let path = world.path("replanned.toml");
-    std::fs::write(&path, text).unwrap();
-    let (summary, bag) = world.fly_fast(&path, "replanned");
-    let plans = summary.replanned.as_ref().unwrap();
+    let changed = |text: &str| {
+        let text = text.replace("steps = 150", "steps = 60").replace(
+            "separation = 40.0",
+            "separation = 40.0\nreplan = { every = 15, deadline = 24.0 }",
+        );
+        let deviations = "position = 0.3\nvelocity = 0.003\n";
+        format!(
+            "{text}\n[disturbance]\nseed = 1\n{deviations}\n[[disturbance.bodies]]\nbody = \"third\"\n{deviations}"
+        )
+    };
     // At steps 15 and 30, from 17 and 32 on; at 45 fewer than 15 steps would be left to a plan.
-    assert_eq!((plans.published, plans.kept), (2, 0));
-    let flown = summary.flight.unwrap();
+    let flown = planned_anew("formation_change", changed, 2).flight.unwrap();
     let miss = flown.miss.unwrap();
     assert!(miss.position < 1e-4, "{miss:?}");
     assert_eq!(flown.companions.len(), 2);
@@ -201,8 +197,6 @@ fn a_formation_is_planned_anew_and_arrives() {
         let miss = arrival.miss.as_ref().unwrap();
         assert!(miss.position < 1e-4, "{miss:?}");
     }
-    let recording = Recording::read(&bag);
-    world.verify_agrees(&bag, recording.on(STATE).count() as u64);
 }
 
 #[track_caller]

@@ -159,7 +159,8 @@ class Thrusters:
 
     def guess(self, load, attitude):
         load = np.concatenate([attitude.T @ load[:3], load[3:]])
-        return np.clip(np.linalg.pinv(self.values) @ load, 0.02, 0.98)
+        least, most = self.bounds
+        return np.clip(np.linalg.pinv(self.values) @ load, least + 0.02, most - 0.02)
 
 
 class Wheels(Thrusters):
@@ -172,12 +173,8 @@ class Wheels(Thrusters):
         super().__init__(commanded | {"columns": columns, "fuel": False}, number, steps)
         self.name, self.stored = "wheels", np.array(commanded["stored"])
 
-    def guess(self, load, attitude):
-        load = np.concatenate([attitude.T @ load[:3], load[3:]])
-        return np.clip(np.linalg.pinv(self.values) @ load, -0.98, 0.98)
 
-
-def commands(commanded, number, steps):
+def what_is_commanded(commanded, number, steps):
     kinds = {"weights": Loads, "columns": Thrusters, "axes": Wheels}
     kind = next(kind for key, kind in kinds.items() if key in commanded)
     return kind(commanded, number, steps)
@@ -208,7 +205,7 @@ class Stage:
         self.inertia = number("inertia", problem["inertia"])
         commanded = problem["commanded"]
         steps = len(problem["guess"]["controls"])
-        self.commanded = commands(commanded, number, steps)
+        self.commanded = what_is_commanded(commanded, number, steps)
         self.layout.append(self.commanded.name)
         points = problem["points"] if problem["gm"] != 0 else []
         self.points = [(number("point", mass), number("place", place)) for mass, *place in points]

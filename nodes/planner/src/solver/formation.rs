@@ -7,6 +7,8 @@ use lgvi_control::{FormationError, PlanError, solve_together};
 use lgvi_scene::{Maneuver, Scene};
 use tracing::info;
 
+#[cfg(feature = "node")]
+use super::foretold;
 use super::{End, Initial, NO_MANEUVER, Observe, Reason, Solved, Task, Unsolved, newton_settings};
 
 const STATES: &str = "bodies that are planned together are planned from the states of all of them: from the start of the scene, or in flight by the planner node";
@@ -30,9 +32,7 @@ pub(super) fn solve(
         Initial::State(_) | Initial::Known(_) => return Err(refused(&STATES)),
         #[cfg(feature = "node")]
         Initial::Forecast(forecast) => {
-            let predicted = forecast.of(scene, maneuver, task.first_step);
-            let predicted = predicted.map_err(|error| refused(&error))?;
-            let seen = forecast.seen(scene).map_err(|error| refused(&error))?;
+            let (predicted, seen) = foretold(scene, maneuver, forecast, task.first_step)?;
             let states: Vec<_> = predicted.iter().map(|body| body.state).collect();
             (states, seen)
         }

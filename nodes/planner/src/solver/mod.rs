@@ -13,7 +13,6 @@ mod tests;
 mod violated;
 
 use std::borrow::Cow;
-use std::fmt::Display;
 use std::slice;
 use std::sync::Arc;
 
@@ -21,6 +20,9 @@ use lgvi_control::processing::{ProcessingError, flown, processed};
 use lgvi_control::{Minimum, NewtonSettings, Plan, SearchSettings, Start, Transfer, Winding};
 use lgvi_scene::{Commands, Maneuver, Minimize, Scene, Search, Solver, SolverMethod};
 use tracing::info;
+
+#[cfg(feature = "node")]
+use crate::prediction::Forecast;
 
 pub use self::iteration::Iteration;
 #[cfg(feature = "node")]
@@ -44,7 +46,6 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
     let Some(maneuver) = &scene.maneuver else {
         return Err(Unsolved::new(Reason::Refused, NO_MANEUVER));
     };
-    let refused = |error: &dyn Display| Unsolved::new(Reason::Refused, error);
     if maneuver.separation.is_some() {
         return formation::solve(scene, maneuver, task, observe);
     }
@@ -57,10 +58,9 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         Initial::Known(body) => (body.clone(), Cow::Borrowed(maneuver)),
         #[cfg(feature = "node")]
         Initial::Forecast(forecast) => {
-            let predicted = forecast.of(scene, maneuver, task.first_step);
-            let predicted = predicted.map_err(|error| refused(&error))?.swap_remove(0);
-            let seen = forecast.seen(scene).map_err(|error| refused(&error))?;
-            (predicted, seen.map_or(Cow::Borrowed(maneuver), Cow::Owned))
+            let (mut predicted, seen) = foretold(scene, maneuver, forecast, task.first_step)?;
+            let seen = seen.map_or(Cow::Borrowed(maneuver), Cow::Owned);
+            (predicted.swap_remove(0), seen)
         }
     };
     let problem = Problem {
@@ -102,6 +102,22 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         solved.seen = Some(Arc::new(seen));
     }
     Ok(solved)
+}
+
+/// What is foretold of the bodies of a maneuver at a step, and the maneuver as it is seen in flight, if other bodies have a part in
+/// it.
+#[cfg(feature = "node")]
+fn foretold(
+    scene: &Scene,
+    maneuver: &Maneuver,
+    forecast: &Forecast,
+    step: u64,
+) -> Result<(Vec<Predicted>, Option<Maneuver>), Unsolved> {
+    let predicted = forecast.of(scene, maneuver, step);
+    let predicted = predicted.map_err(|error| Unsolved::new(Reason::Refused, error))?;
+    let seen = forecast.seen(scene);
+    let seen = seen.map_err(|error| Unsolved::new(Reason::Refused, error))?;
+    Ok((predicted, seen))
 }
 
 /// Refuses plans from a later state if the actuators are not known there.

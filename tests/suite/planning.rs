@@ -289,11 +289,7 @@ fn a_goal_in_flight_takes_over_at_its_step() {
 #[test]
 fn scenes_of_other_classes_fly_as_planned() {
     let world = World::new();
-    for (name, states) in [
-        ("slew_keep_out", 301),
-        ("docking_corridor", 301),
-        ("minimum_time_slew", 126),
-    ] {
+    for (name, states) in [("slew_keep_out", 301), ("docking_corridor", 301)] {
         let (summary, bag) = world.fly(&scene(name), name);
         assert!(miss(&summary) < 1e-9, "{name}: {}", miss(&summary));
         let plan = summary.plan.unwrap().cost;
@@ -304,6 +300,44 @@ fn scenes_of_other_classes_fly_as_planned() {
         );
         world.verify_agrees(&bag, states);
     }
+}
+
+/// A mass of 2 moves by 3.4 with a force of at most 1.5 in `2 √(3.4 · 2/1.5)`, which is no whole number of steps of 0.1.
+#[test]
+fn the_shortest_time_is_flown_in_steps_of_adjusted_length() {
+    let world = World::new();
+    let dash = world.path("dash.toml");
+    let text = "title = \"A dash\"\n[run]\nduration = 8.0\nsteps = 80\nintegrator = \"lgvi\"\n\
+        [[bodies]]\nname = \"craft\"\nmass = 2.0\ninertia = [1, 1, 1]\nposition = [0, 0, 0]\nvelocity = [0, 0, 0]\n\
+        attitude = { w = 1, x = 0, y = 0, z = 0 }\nangular_velocity = [0, 0, 0]\n\
+        [maneuver]\nbody = \"craft\"\nmotion = \"translation\"\n\
+        final_time = { min = 1.0, max = 8.0, minimize = \"time\" }\n\
+        constraints = [{ kind = \"force_norm\", limit = 1.5 }]\n\
+        [maneuver.target]\nposition = [3.4, 0, 0]\nvelocity = [0, 0, 0]\n";
+    std::fs::write(&dash, text).unwrap();
+    let exact = 2.0 * (3.4 * 2.0 / 1.5_f64).sqrt();
+    let mut steps = Vec::new();
+    for (arguments, excess) in [(&[][..], 0.004..0.03), (&["--fit-duration"], 0.0..0.002)] {
+        let bag = format!("flight_{}", arguments.len());
+        let flight = world.start_flight(&dash, &bag, arguments);
+        let summary: Summary = flight.finish().expect(0).json();
+        assert!(miss(&summary) < 1e-9, "{}", miss(&summary));
+        let recording = Recording::read(&world.path(&bag));
+        let flown: Vec<ControlSequence> = recording.messages("/lgvi_propagator/flown_control");
+        let time = flown[0].force.len() as f64 * flown[0].step_size;
+        assert!(excess.contains(&(time / exact - 1.0)), "{time} for {exact}");
+        world.verify_agrees(&world.path(&bag), 81);
+        steps.push(flown[0].force.len());
+    }
+    assert_eq!(steps[0], steps[1]);
+
+    let other = world.start_flight(&scene("docking_corridor"), "other", &["--fit-duration"]);
+    let refused = other.finish().expect(2);
+    assert!(
+        refused.stderr.contains("minimizes no time"),
+        "{}",
+        refused.stderr
+    );
 }
 
 /// The run goes on after the arrival, which is what counts.

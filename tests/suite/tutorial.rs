@@ -58,6 +58,7 @@ fn every_command_of_the_page_on_minimum_time_runs() {
     let world = World::new();
     let directory = run(&world, "howto/minimum_time.md");
     assert!(directory.join("flights/slew/flight.svg").exists());
+    assert!(directory.join("flights/wheels/flight.svg").exists());
 }
 
 #[test]

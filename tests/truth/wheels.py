@@ -11,6 +11,7 @@ A motor limits the speed at the end of a step, if the body turned by the reactio
     |m/I - a.J^-1 P + h (1/I + a.J^-1 a) u| <= limit
 
 The limit is 0.85 of what the cheapest turn without limits reaches. IPOPT starts from turns with detours; the least cost counts.
+The shortest times, with a free step size, are those with torques up to the largest of the cheapest turn.
 Run: python3 wheels.py > wheels.json
 """
 
@@ -26,8 +27,8 @@ N, DURATION = 40, 2.0
 H = DURATION / N
 
 
-def solve(case, limit, detours):
-    """The least cost, and the greatest speed of its motors."""
+def solve(case, limit, detours, most=None):
+    """The least cost, or the shortest time with torques up to `most`, and the greatest speed and torque of its motors."""
     axes = np.array([wheel["axis"] for wheel in case["wheels"]]).T
     own = np.array([wheel["inertia"] for wheel in case["wheels"]])
     count = len(own)
@@ -36,37 +37,43 @@ def solve(case, limit, detours):
     weights = np.array(case["weights"])
     r, p, m = ca.MX.sym("r", 9, N + 1), ca.MX.sym("p", 3, N + 1), ca.MX.sym("m", count, N + 1)
     f, u = ca.MX.sym("f", 3, N), ca.MX.sym("u", count, N)
-    sizes = (("r", 9), ("p", 3), ("m", count), ("f", 3), ("u", count), ("R", 9), ("P", 3), ("M", count))
-    r0, p0, m0, f0, u0, r1, p1, m1 = (ca.SX.sym(*size) for size in sizes)
+    h = ca.MX.sym("h") if most else H
+    sizes = (("h", 1), ("r", 9), ("p", 3), ("m", count), ("f", 3), ("u", count), ("R", 9), ("P", 3), ("M", count))
+    h1, r0, p0, m0, f0, u0, r1, p1, m1 = (ca.SX.sym(*size) for size in sizes)
     J, A = ca.DM(inertia), ca.DM(axes)
-    half = H / 2 * u0
+    half = h1 / 2 * u0
     begun, stored = p0 - A @ half, A @ (m0 + half)
     jf, square = J @ f0, ca.dot(f0, f0)
     defect = ca.vertcat(
-        2 * (jf + ca.cross(f0, jf)) + H * (ca.cross(f0, stored) - ca.dot(f0, stored) * f0 - square * stored)
-        - H * (1 + square) * begun,
+        2 * (jf + ca.cross(f0, jf)) + h1 * (ca.cross(f0, stored) - ca.dot(f0, stored) * f0 - square * stored)
+        - h1 * (1 + square) * begun,
         r1 - ca.reshape(ca.reshape(r0, 3, 3) @ cay(f0), 9, 1),
         p1 - (cay(f0).T @ (begun + stored) - stored - A @ half),
-        m1 - m0 - H * u0,
+        m1 - m0 - h1 * u0,
     )
-    step = ca.Function("step", [r0, p0, m0, f0, u0, r1, p1, m1], [defect]).map(N)
+    step = ca.Function("step", [h1, r0, p0, m0, f0, u0, r1, p1, m1], [defect]).map(N)
     target = rotation(np.array(case["turn"]))
     e = ca.DM(target).T @ ca.reshape(r[:, N], 3, 3)
     equal = ca.vertcat(
-        ca.vec(step(r[:, :N], p[:, :N], m[:, :N], f, u, r[:, 1:], p[:, 1:], m[:, 1:])),
+        ca.vec(step(ca.repmat(h, 1, N), r[:, :N], p[:, :N], m[:, :N], f, u, r[:, 1:], p[:, 1:], m[:, 1:])),
         r[:, 0] - np.eye(3).flatten("F"), p[:, 0], p[:, N], m[:, 0] - np.array(case["momenta"]),
         e[2, 1] - e[1, 2], e[0, 2] - e[2, 0], e[1, 0] - e[0, 1],
     )
     per_torque = 1 / own + np.einsum("ij,ik,kj->j", axes, inverse, axes)
-    speed = ca.DM(np.diag(1 / own)) @ m[:, :N] - ca.DM(axes.T @ inverse) @ p[:, :N] + H * ca.DM(np.diag(per_torque)) @ u
+    speed = ca.DM(np.diag(1 / own)) @ m[:, :N] - ca.DM(axes.T @ inverse) @ p[:, :N] + h * ca.DM(np.diag(per_torque)) @ u
     unequal = ca.vertcat(ca.vec(speed / limit - 1), ca.vec(-speed / limit - 1)) if limit else ca.MX(0, 1)
     cost = H / 2 * ca.sum1(ca.sum2(ca.repmat(ca.DM(weights), 1, N) * u**2))
     unknowns = (r, p, m, f, u)
+    if most:
+        cost = N * h
+        unknowns = (*unknowns, h)
+        # Much less than the duration of the cheapest turn is not enough.
+        unequal = ca.vertcat(unequal, ca.vec(u / most - 1), ca.vec(-u / most - 1), 0.2 * DURATION - N * h)
     everything = ca.vertcat(*[ca.vec(part) for part in unknowns])
     options = {"print_time": False, "ipopt": {"print_level": 0, "sb": "yes", "tol": 1e-11, "max_iter": 500,
                                               "constr_viol_tol": 1e-12, "bound_relax_factor": 0.0}}
     solver = ca.nlpsol("solver", "ipopt", {"x": everything, "f": cost, "g": ca.vertcat(equal, unequal)}, options)
-    speeds = ca.Function("speeds", [everything], [speed])
+    reached = ca.Function("reached", [everything], [speed, u])
     s = np.linspace(0, 1, N + 1)
     bend = 16 * s**2 * (1 - s) ** 2
     found = []
@@ -77,12 +84,13 @@ def solve(case, limit, detours):
         spins = inertia @ turns / H
         spins = np.hstack([np.zeros((3, 1)), (spins[:, 1:] + spins[:, :-1]) / 2, np.zeros((3, 1))])
         guess = [np.array([q.flatten("F") for q in path]).T, spins, np.tile(np.array(case["momenta"])[:, None], N + 1),
-                 turns / 2, np.zeros((count, N))]
+                 turns / 2, np.zeros((count, N)), np.array([H])][:len(unknowns)]
         lower = np.concatenate([np.zeros(equal.numel()), np.full(unequal.numel(), -np.inf)])
         result = solver(x0=np.concatenate([part.flatten("F") for part in guess]), lbg=lower, ubg=0)
-        reached = np.trace(target.T @ np.array(result["x"])[9 * N:9 * N + 9].reshape(3, 3, order="F"))
-        if solver.stats()["success"] and reached > 2.99:
-            found.append((float(result["f"]), float(np.abs(np.array(speeds(result["x"]))).max())))
+        arrived = np.trace(target.T @ np.array(result["x"])[9 * N:9 * N + 9].reshape(3, 3, order="F"))
+        if solver.stats()["success"] and arrived > 2.99:
+            largest = [float(np.abs(np.array(all)).max()) for all in reached(result["x"])]
+            found.append((float(result["f"]), *largest))
     return min(found)
 
 
@@ -102,13 +110,17 @@ def main():
             "momenta": list(0.2 * (2 * lot.random(count) - 1)),
             "turn": list(lot.uniform(-1.2, 1.2, size=3)),
         }
-        free, fastest = solve(case, None, detours)
+        free, fastest, torque = solve(case, None, detours)
         limit = 0.85 * fastest
-        cost, _ = solve(case, limit, detours)
-        cases.append({**case, "limit": limit, "free": free, "cost": cost})
+        cost, *_ = solve(case, limit, detours)
+        free_time, *_ = solve(case, None, detours, torque)
+        time, *_ = solve(case, limit, detours, torque)
+        times = {"torque": torque, "free_time": free_time, "time": time}
+        cases.append({**case, "limit": limit, "free": free, "cost": cost, **times})
     about = ("Reorientations from rest to rest by reaction wheels with limits of speed, in N = 40 steps of 0.05, by wheels.py (CasADi "
              "%s, IPOPT, tolerance 1e-11): `inertia` is that of body and wheels about the principal axes, `turn` the rotation "
-             "vector of the target, `limit` that of all speeds, `free` the cost without it." % ca.__version__)
+             "vector of the target, `limit` that of all speeds, `free` the cost without it; `time` is the shortest with torques up "
+             "to `torque`, `free_time` that without the limit of speeds." % ca.__version__)
     print(json.dumps({"about": about, "cases": cases}, indent=1))
 
 

@@ -19,6 +19,8 @@ pub struct Sweep {
     found: Option<Found>,
     /// The multipliers of each inequality on states at the ends of the steps.
     multipliers: Vec<Vec<f64>>,
+    /// `Σ y ∂g/∂h` of inequalities that depend on the step size.
+    by_step_size: f64,
 }
 
 #[derive(Clone)]
@@ -128,21 +130,35 @@ impl Sweep {
         };
         Self {
             found: Some(found),
-            multipliers: Vec::new(),
+            ..Self::default()
         }
     }
 
-    /// The multipliers of a plan under inequalities, which has no policies.
-    pub(crate) fn of_inequalities(multipliers: Vec<Vec<f64>>) -> Self {
+    /// The multipliers of a plan under inequalities, which has no policies, and `Σ y ∂g/∂h`.
+    pub(crate) fn of_inequalities(multipliers: Vec<Vec<f64>>, by_step_size: f64) -> Self {
         Self {
             found: None,
             multipliers,
+            by_step_size,
         }
     }
 
     /// The sweep without policies.
     pub(crate) fn without_policies(self) -> Self {
-        Self::of_inequalities(self.multipliers)
+        Self {
+            found: None,
+            ..self
+        }
+    }
+
+    /// The sweep with what depends on the step size alone.
+    pub(crate) fn without_states(self) -> Self {
+        Self::of_inequalities(Vec::new(), self.by_step_size)
+    }
+
+    /// `Σ y ∂g/∂h` of inequalities that depend on the step size.
+    pub(crate) fn by_step_size(&self) -> f64 {
+        self.by_step_size
     }
 
     /// The multipliers of each inequality on states at the ends of the steps.
@@ -150,10 +166,11 @@ impl Sweep {
         &self.multipliers
     }
 
-    /// Converts the multipliers to another unit of cost.
-    pub(crate) fn scale(&mut self, unit: f64) {
+    /// Converts the multipliers to other units of cost and time.
+    pub(crate) fn scale(&mut self, cost: f64, time: f64) {
         let all = self.multipliers.iter_mut().flatten();
-        all.for_each(|multiplier| *multiplier *= unit);
+        all.for_each(|multiplier| *multiplier *= cost);
+        self.by_step_size *= cost / time;
     }
 
     /// The policies from which `transfer` can be planned, or `None` if it is not the rest of the plan's transfer from

@@ -32,8 +32,13 @@ pub(crate) struct Loaded {
 impl SceneInput {
     /// Reads, changes and compiles the scene.
     pub(crate) fn load(&self) -> Result<Loaded, NodeError> {
-        let (text, scene) = self.compile(&[])?;
-        if self.set.is_empty() {
+        self.load_with(&[])
+    }
+
+    /// The same with further changes.
+    pub(crate) fn load_with(&self, further: &[(String, String)]) -> Result<Loaded, NodeError> {
+        let (text, scene) = self.compile(further)?;
+        if self.set.is_empty() && further.is_empty() {
             return Ok(Loaded {
                 scene,
                 file: self.scene.clone(),

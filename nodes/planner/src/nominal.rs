@@ -14,6 +14,7 @@ use crate::used::Used;
 pub struct NominalPlan {
     sequence: Sequence,
     remark: String,
+    fitting_duration: Option<f64>,
     /// What the plans before it have used.
     used_before: Used,
 }
@@ -118,6 +119,7 @@ fn made(
     let solved = solve(scene, task, go_on)?;
     Ok(NominalPlan {
         remark: solved.remark.clone(),
+        fitting_duration: solved.fitting_duration,
         sequence: Sequence::of(maneuver, task.first_step, solved),
         used_before,
     })
@@ -154,6 +156,12 @@ impl NominalPlan {
     /// Which of several plans it is, and whether it may be no minimum; empty where neither is to be said.
     pub fn remark(&self) -> &str {
         &self.remark
+    }
+
+    /// The duration of the run with which the same number of steps takes the shortest time, where that is minimized and steps of the
+    /// run's length take longer.
+    pub fn fitting_duration(&self) -> Option<f64> {
+        self.fitting_duration
     }
 
     /// Whether it is flown with its feedback law.

@@ -334,6 +334,11 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         self.by_row()
     }
 
+    fn by_step_size(&self, commands: &[SVector<f64, U>]) -> f64 {
+        let wheels = self.wheels.as_ref();
+        wheels.map_or(0.0, |wheels| wheels.by_step_size(commands))
+    }
+
     fn tighten(&mut self, error: f64) -> bool {
         let now = self.measure();
         self.schedule.tighten(error, &now)

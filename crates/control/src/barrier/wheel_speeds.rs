@@ -12,6 +12,7 @@ use crate::{MAX_COMMANDS, Transfer};
 #[derive(Clone, Debug)]
 pub(super) struct WheelSpeeds<const X: usize, const U: usize> {
     initial: BodyState,
+    h: f64,
     limits: Vec<Limit<X, U>>,
     /// A row for each interval and limit, unless the motor is off.
     rows: Vec<Option<Row>>,
@@ -57,6 +58,7 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
         });
         Some(Self {
             initial: transfer.initial,
+            h: transfer.h,
             rows: rows.collect(),
             limits,
         })
@@ -160,6 +162,16 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
         let each = self.each(interval);
         each.map(|(limit, _)| penalty.value(limit.value(state, command)))
             .sum()
+    }
+
+    /// `Σ y ∂g/∂h` for commands `w_1 … w_N`: `g` contains the command times the step size.
+    pub(super) fn by_step_size(&self, commands: &[SVector<f64, U>]) -> f64 {
+        let of = |(interval, command): (usize, &SVector<f64, U>)| -> f64 {
+            let each = self.each(interval);
+            each.map(|(limit, row)| row.multiplier * limit.by_command.dot(command))
+                .sum()
+        };
+        commands.iter().enumerate().map(of).sum::<f64>() / self.h
     }
 
     /// The rows that restrict something.

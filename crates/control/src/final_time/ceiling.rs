@@ -44,6 +44,7 @@ struct Limit {
 fn planned(transfer: &Transfer) -> Result<Vec<usize>, FinalTimeError> {
     let actuation = &transfer.actuation;
     let half = match transfer.motion {
+        _ if actuation.is_of_wheels() => None,
         Motion::Full => None,
         Motion::Translation => Some(DecoupledCommands::forces(actuation)),
         Motion::Rotation => Some(DecoupledCommands::moments(actuation)),

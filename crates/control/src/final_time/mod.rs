@@ -77,9 +77,6 @@ pub enum FinalTimeError {
         /// The expected range.
         expected: &'static str,
     },
-    /// The final time of a plan by reaction wheels is not optimized.
-    #[error("the commands are torques of reaction wheels, expected other commands")]
-    Wheels,
     /// The final time of a plan that uses propellant is not optimized.
     #[error("the commands use propellant, expected commands that use none")]
     Propellant,
@@ -171,9 +168,6 @@ pub fn solve_final_time(
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<TimedPlan, FinalTimeError> {
     check(time)?;
-    if transfer.actuation.is_of_wheels() {
-        return Err(FinalTimeError::Wheels);
-    }
     if transfer.uses_propellant() {
         return Err(FinalTimeError::Propellant);
     }
@@ -203,16 +197,7 @@ pub fn solve_final_time(
         let start = before.as_ref().map_or(Start::Cold, Start::Warm);
         let plan = match (solve(&timed, start, settings, &mut observe), &last) {
             (Ok(plan), _) => plan,
-            (
-                Err(
-                    PlanError::NotConverged { .. }
-                    | PlanError::Infeasible { .. }
-                    | PlanError::NotFound { .. }
-                    | PlanError::Between { .. }
-                    | PlanError::Dynamics { .. },
-                ),
-                Some((good, _)),
-            ) if halvings < HALVINGS => {
+            (Err(error), Some((good, _))) if is_missing(&error) && halvings < HALVINGS => {
                 halvings += 1;
                 final_time = 0.5 * (final_time + good);
                 continue;
@@ -248,6 +233,19 @@ pub fn solve_final_time(
         final_time,
         slope,
     })
+}
+
+/// True if the solver found no plan for the transfer, whatever stands in the way.
+fn is_missing(error: &PlanError) -> bool {
+    matches!(
+        error,
+        PlanError::NotConverged { .. }
+            | PlanError::Infeasible { .. }
+            | PlanError::NotFound { .. }
+            | PlanError::Between { .. }
+            | PlanError::WheelSpeed { .. }
+            | PlanError::Dynamics { .. }
+    )
 }
 
 /// The plan's path with another step size: momenta scale as `1/h`, commands and multipliers as `1/h²`.

@@ -1,17 +1,24 @@
 use lgvi_dynamics::{BodyState, Load};
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 
 use crate::discrete::{
     DecoupledCommands, DecouplingError, DiscreteDynamics, Inputs, KickDriftKick, Linearization,
 };
 use crate::problem::{Vector12, block};
-use crate::{Command, Dynamics, MAX_COMMANDS, Motion, Plan, Transfer};
+use crate::{Command, Dynamics, MAX_COMMANDS, Motion, Plan, Transfer, wheels};
 
 /// The exact derivative `dJ/dh` of a transfer's solution. By the envelope theorem it is the derivative of the
 /// Lagrangian by the step size at fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`, and what violations
 /// with a price cost per unit of time. Terminal conditions and other inequalities do not depend on the step size and do not contribute. Coordinates that follow the free flight do
-/// depend on it, and the planned coordinates depend on them.
+/// depend on it, and the planned coordinates depend on them. So does the orbit along which wheels
+/// turn a body, which is taken for that of a body that is not turned.
 pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, DecouplingError> {
+    if transfer.actuation.is_of_wheels() {
+        let (stated, plan) = wheels::restated(transfer, plan);
+        let steps = KickDriftKick::<_, 2, MAX_COMMANDS>::gyrostat(&stated)?;
+        let orbit = free_flight(transfer, 0)?;
+        return lagrangian(&stated, &plan, &steps, 0, |command| *command, &orbit);
+    }
     let motion = if is_whole(transfer.motion, plan) {
         Motion::Full
     } else {
@@ -76,14 +83,18 @@ fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
     let own = |all: &Vector12| all.fixed_rows::<X>(first).into_owned();
     let mut linear = Linearization::default();
     let none = Inputs::<U>::none();
-    let mut slope = plan.paid / transfer.h;
+    let mut slope = plan.paid / transfer.h + plan.sweep.by_step_size();
     let intervals = plan.commands.iter().zip(&plan.multipliers);
     for (k, ((command, lambda), ends)) in intervals.zip(plan.states.windows(2)).enumerate() {
         steps
             .linearize(k, &ends[0], &narrowed(command), &mut linear)
             .map_err(|source| DecouplingError::Unsolvable { step: k, source })?;
         let control = transfer.actuation.load(command);
-        let [begin, end] = changes(transfer, ends, &control, free.get(k..k + 2));
+        let [begin, mut end] = changes(transfer, ends, &control, free.get(k..k + 2));
+        if let Some(exchange) = &transfer.exchange {
+            let mut exchanged = end.fixed_rows_mut::<3>(0);
+            exchanged += **exchange * command;
+        }
         let change = linear.forward(&none, &own(&begin), &SVector::zeros()) + own(&end);
         slope += transfer.actuation.cost(1.0, command) + own(lambda).dot(&change);
     }
@@ -108,6 +119,14 @@ fn changes(
         Dynamics::LieEuler => [0.0, h],
         Dynamics::Lgvi => [0.5 * h, 0.5 * h],
     };
+    // Gravity does not act on what the wheels of a gyrostat store, in the place of the linear momentum.
+    let acting = |load: Load| match transfer.orbit {
+        Some(_) => Load {
+            force: Vector3::zeros(),
+            ..load
+        },
+        None => load,
+    };
     std::array::from_fn(|at| {
         let state = &ends[at];
         let (x, r) = (&state.position, &state.attitude);
@@ -117,16 +136,16 @@ fn changes(
         };
         let sign = if at == 0 { 1.0 } else { -1.0 };
         let control = transfer.actuation.in_inertial_axes(control, r);
-        let load = impulses(&(field.load(body, x, r) + control));
+        let load = impulses(&(acting(field.load(body, x, r)) + control));
         let mut change = (sign * impulses(&momenta) + 2.0 * lengths[at] * load) / h;
         if let Some(free) = free {
             let (position, attitude) = (block(&free[at], 0), block(&free[at], 2));
             let g = field.gradient(body, x, r);
-            change += lengths[at]
-                * impulses(&Load {
-                    force: g.force_by_position * position + g.force_by_attitude * attitude,
-                    moment: g.moment_by_position * position + g.moment_by_attitude * attitude,
-                });
+            let by_free = acting(Load {
+                force: g.force_by_position * position + g.force_by_attitude * attitude,
+                moment: g.moment_by_position * position + g.moment_by_attitude * attitude,
+            });
+            change += lengths[at] * impulses(&by_free);
         }
         change
     })

@@ -134,6 +134,11 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
         Vec::new()
     }
 
+    /// `Σ y ∂g/∂h` of inequalities that depend on the step size.
+    fn by_step_size(&self, _commands: &[SVector<f64, U>]) -> f64 {
+        0.0
+    }
+
     /// Lowers β if the subproblem with the current β is solved to `error`. Returns `false` if nothing changed.
     fn tighten(&mut self, error: f64) -> bool;
 

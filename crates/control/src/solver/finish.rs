@@ -106,7 +106,8 @@ impl<C> Solver<'_, C> {
         }
         plan.paid = inequalities.paid();
         if !Q::NONE {
-            plan.sweep = Sweep::of_inequalities(inequalities.multipliers());
+            let by_step_size = inequalities.by_step_size(&newton.iterate.commands);
+            plan.sweep = Sweep::of_inequalities(inequalities.multipliers(), by_step_size);
         }
         let (inequality, complementarity) = inequalities.residuals();
         plan.certificate = Certificate {

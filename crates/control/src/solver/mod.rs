@@ -68,7 +68,7 @@ fn solve_plain(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     if transfer.actuation.is_of_wheels() {
-        return wheels::solve(transfer, start, settings, observe);
+        return wheels::solve(transfer, start, true, settings, observe);
     }
     if let Some(command) = fuel::unlimited(transfer) {
         return Err(PlanError::Unlimited { command });
@@ -96,7 +96,11 @@ pub(crate) fn solve_near(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    stated(transfer, Start::Warm(plan), false, settings, &mut observe)
+    let start = Start::Warm(plan);
+    if transfer.actuation.is_of_wheels() {
+        return wheels::solve(transfer, start, false, settings, &mut observe);
+    }
+    stated(transfer, start, false, settings, &mut observe)
 }
 
 fn stated(

@@ -85,7 +85,7 @@ impl Units {
         plan.h *= self.time;
         plan.cost *= self.cost;
         plan.paid *= self.cost;
-        plan.sweep.scale(self.cost);
+        plan.sweep.scale(self.cost, self.time);
         for state in &mut plan.states {
             *state = self.state(state);
         }

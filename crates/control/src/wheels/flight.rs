@@ -20,7 +20,7 @@ pub(super) struct Flight {
 /// The flight of torques by the steps of the LGVI.
 pub(super) fn fly(transfer: &Transfer, commands: &[Command]) -> Result<Flight, PlanError> {
     let Transfer { body, h, .. } = transfer;
-    let momenta = momenta(transfer, commands);
+    let momenta = momenta(transfer, *h, commands);
     let mut state = transfer.initial;
     let mut states = vec![state];
     for (step, command) in commands.iter().enumerate() {
@@ -55,8 +55,8 @@ fn kick(transfer: &Transfer, state: &mut BodyState) {
     state.angular_momentum += 0.5 * h * load.moment;
 }
 
-/// The axial momenta of the wheels at `0 … N`.
-pub(super) fn momenta(transfer: &Transfer, commands: &[Command]) -> Vec<Command> {
+/// The axial momenta of the wheels at `0 … N` in steps of length `h`.
+pub(super) fn momenta(transfer: &Transfer, h: f64, commands: &[Command]) -> Vec<Command> {
     let Some(wheels) = transfer.body.wheels() else {
         return Vec::new();
     };
@@ -66,15 +66,15 @@ pub(super) fn momenta(transfer: &Transfer, commands: &[Command]) -> Vec<Command>
     }
     let mut all = vec![momenta];
     for command in commands {
-        momenta += transfer.h * command;
+        momenta += h * command;
         all.push(momenta);
     }
     all
 }
 
-/// The momenta that the wheels store at `0 … N`, body frame.
-pub(super) fn stored(transfer: &Transfer, commands: &[Command]) -> Vec<Vector3<f64>> {
-    let momenta = momenta(transfer, commands);
+/// The momenta that the wheels store at `0 … N` in steps of length `h`, body frame.
+pub(super) fn stored(transfer: &Transfer, h: f64, commands: &[Command]) -> Vec<Vector3<f64>> {
+    let momenta = momenta(transfer, h, commands);
     let each = momenta.iter();
     each.map(|momenta| total(transfer.body.wheels(), momenta))
         .collect()
@@ -101,7 +101,7 @@ impl Flight {
         let Some(mut wheels) = body.wheels().cloned() else {
             return Ok(());
         };
-        let momenta = momenta(transfer, commands);
+        let momenta = momenta(transfer, transfer.h, commands);
         let mut states = wheels.states().to_vec();
         for (step, command) in commands.iter().enumerate() {
             for (state, momentum) in states.iter_mut().zip(&momenta[step]) {

@@ -17,10 +17,10 @@ use nalgebra::{SVector, Vector3};
 
 use crate::multistart::{resolved, search_stated};
 use crate::problem::block;
-use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
+use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_near, solve_stated};
 use crate::units::Units;
 use crate::{
-    Certificate, Command, Dynamics, Minimum, Motion, Place, Plan, SearchSettings, Sweep, Transfer,
+    Certificate, Command, Dynamics, Minimum, Motion, Place, Plan, SearchSettings, Transfer,
     TransferError, miss,
 };
 use flight::{Flight, fly};
@@ -30,10 +30,11 @@ use speeds::Speeds;
 /// still settle.
 const SETTLING: f64 = 0.9;
 
-/// [`crate::solve`] for a transfer by wheels.
+/// [`crate::solve`] for a transfer by wheels. From a plan, it begins `again` from nothing if that fails.
 pub(crate) fn solve(
     transfer: &Transfer,
     start: Start<'_>,
+    again: bool,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
@@ -66,7 +67,11 @@ pub(crate) fn solve(
             })
         };
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
-        let found = solve_stated(&stated, start, settings, &mut watch).map_err(|error| {
+        let found = match start {
+            Start::Warm(plan) if !again => solve_near(&stated, plan, settings, &mut watch),
+            start => solve_stated(&stated, start, settings, &mut watch),
+        };
+        let found = found.map_err(|error| {
             let error = left_error(transfer, error);
             match imposed {
                 Some(speeds) => speeds.named(transfer, error),
@@ -105,7 +110,7 @@ pub(crate) fn solve(
 /// How far the end of a plan's flight may be from that of the plan: by the tolerance, by what the plan itself misses, or by
 /// the rounding of the sums of `s`, which turns the body at the rate `J⁻¹ δs` until the end.
 fn tolerated(transfer: &Transfer, plan: &Plan, settings: &NewtonSettings) -> f64 {
-    let stored = flight::stored(transfer, &plan.commands);
+    let stored = flight::stored(transfer, plan.h, &plan.commands);
     let largest = stored.iter().map(Vector3::norm).fold(0.0, f64::max);
     let steps = transfer.intervals as f64;
     let turn = largest * transfer.body.inertia().inverse().norm() * transfer.h * steps;
@@ -135,7 +140,8 @@ pub(crate) fn search(
             return Ok(left(transfer, plan, flight, apart));
         }
         let guess = left(transfer, plan, flight, apart);
-        solve(transfer, Start::Warm(&guess), &settings.newton, observe)
+        let start = Start::Warm(&guess);
+        solve(transfer, start, true, &settings.newton, observe)
     })
 }
 
@@ -177,7 +183,7 @@ fn distance(stated: &Transfer, plan: &Plan, flight: &Flight) -> f64 {
 
 /// A plan of the transfer as one of [`stated`].
 fn entered(transfer: &Transfer, plan: &Plan) -> Plan {
-    let stored = flight::stored(transfer, &plan.commands);
+    let stored = flight::stored(transfer, plan.h, &plan.commands);
     let last = stored.len() - 1;
     let mut entered = plan.clone();
     for (k, state) in entered.states.iter_mut().enumerate() {
@@ -199,9 +205,20 @@ fn left(transfer: &Transfer, plan: Plan, flight: Flight, apart: f64) -> Plan {
         controls,
         certificate,
         feedback: Vec::new(),
-        sweep: Sweep::default(),
+        sweep: plan.sweep.without_states(),
         ..plan
     }
+}
+
+/// The transfer as that of a gyrostat along the orbit of a plan, under the limits of speeds, and the plan with what is stored in
+/// the place of linear momenta. Positions are those of the orbit, also where the gyrostat has exchanged momenta in their place.
+pub(crate) fn restated(transfer: &Transfer, plan: &Plan) -> (Transfer, Plan) {
+    let orbit = plan.states.iter().map(|state| state.position).collect();
+    let mut restated = stated(transfer, orbit);
+    if let Some(speeds) = Speeds::of(transfer) {
+        speeds.impose(transfer, &mut restated);
+    }
+    (restated, entered(transfer, plan))
 }
 
 fn left_error(transfer: &Transfer, error: PlanError) -> PlanError {
@@ -236,6 +253,6 @@ impl Transfer {
 impl Plan {
     /// The axial momenta `h` of the wheels of `transfer`, by which it was planned, at `0 … N`; empty if it has none.
     pub fn wheel_momenta(&self, transfer: &Transfer) -> Vec<SVector<f64, { crate::MAX_COMMANDS }>> {
-        flight::momenta(transfer, &self.commands)
+        flight::momenta(transfer, self.h, &self.commands)
     }
 }

@@ -74,7 +74,7 @@ impl Speeds {
         if let Some(exchange) = &self.exchange {
             stated.inequalities = stated.inequalities.along(orbit);
             stated.exchange = Some(Arc::new(*exchange));
-            stated.initial.position = exchange * flight::momenta(transfer, &[])[0];
+            stated.initial.position = exchange * flight::momenta(transfer, 0.0, &[])[0];
         }
         let first = self.first_index(transfer);
         for (at, Limited { wheel, limit }) in self.limits.iter().enumerate() {
@@ -101,7 +101,7 @@ impl Speeds {
     /// A plan along the orbit as one of the transfer that [`impose`](Self::impose) states.
     pub(super) fn entered(&self, transfer: &Transfer, mut plan: Plan) -> Plan {
         if let Some(exchange) = &self.exchange {
-            let momenta = flight::momenta(transfer, &plan.commands);
+            let momenta = flight::momenta(transfer, plan.h, &plan.commands);
             for (state, momenta) in plan.states.iter_mut().zip(&momenta) {
                 state.position = exchange * momenta;
             }
@@ -115,7 +115,7 @@ impl Speeds {
         let Some(wheels) = body.wheels() else {
             return false;
         };
-        let momenta = flight::momenta(transfer, &plan.commands);
+        let momenta = flight::momenta(transfer, plan.h, &plan.commands);
         let steps = momenta.iter().zip(&plan.states).zip(&plan.commands);
         steps.into_iter().any(|((momenta, state), command)| {
             let rate = state.angular_velocity(body);

@@ -3,9 +3,9 @@
 use fastrand::Rng;
 use lgvi_control::constraint::{AngularRate, CommandLimit, LineOfSight};
 use lgvi_control::{
-    Actuation, Constraint, Dynamics, FinalTime, FinalTimeError, Minimum, Motion, NewtonSettings,
+    Actuation, Constraint, Dynamics, FinalTime, Minimum, MinimumTime, Motion, NewtonSettings,
     Place, Plan, PlanError, SearchSettings, Start, Terminal, TimeRange, Transfer, TransferError,
-    miss, search, solve, solve_final_time, solve_minimum_time,
+    miss, search, search_minimum_time, solve, solve_final_time, solve_minimum_time,
 };
 use lgvi_dynamics::gravity::{Central, Uniform};
 use lgvi_dynamics::integrator::Rotor;
@@ -364,23 +364,6 @@ fn what_wheels_cannot_do_is_refused() {
         let refused = planned(&other);
         assert_eq!(refused, Err(PlanError::WheelsDo { dynamics, motion }));
     }
-    let time = FinalTime {
-        shortest: 1.0,
-        longest: 3.0,
-        weight: 1.0,
-        tolerance: 1e-6,
-    };
-    let settings = NewtonSettings::default();
-    let refused = solve_final_time(&transfer, &time, Start::Cold, &settings, |_| true);
-    assert_eq!(refused, Err(FinalTimeError::Wheels));
-    let range = TimeRange {
-        shortest: 1.0,
-        longest: 3.0,
-        tolerance: 1e-6,
-    };
-    let refused = solve_minimum_time(&transfer, &range, Start::Cold, &settings, |_| true);
-    assert_eq!(refused, Err(FinalTimeError::Wheels));
-
     let unit = Matrix3::identity();
     let moment = Actuation::full(&unit, &unit).expect("an actuation");
     let at = still(unit);
@@ -643,37 +626,45 @@ fn speeds_keep_within_their_limits() {
     assert!((1..4).contains(&fixed), "{fixed}");
 }
 
+/// A case of `wheels.py` with these limits of speeds and torques.
+fn of_ipopt(case: &Value, max_speed: f64, max_torque: f64) -> Transfer {
+    let own = |wheel: &Value| ReactionWheel {
+        max_speed,
+        ..ReactionWheel::new(three(&wheel["axis"]), number(&wheel["inertia"]))
+    };
+    let wheels: Vec<_> = case["wheels"]
+        .as_array()
+        .map_or_else(Vec::new, |wheels| wheels.iter().map(own).collect());
+    let inertia = <[f64; 3]>::try_from(numbers(&case["inertia"])).expect("three");
+    let body = with_momenta(
+        body(inertia, Vec::new(), &wheels),
+        &numbers(&case["momenta"]),
+    );
+    let actuation = body
+        .wheels()
+        .map(|wheels| Actuation::wheels(wheels, &numbers(&case["weights"])));
+    let actuation = actuation.expect("wheels").expect("an actuation");
+    let target = attitude_of(still(exp(&three(&case["turn"]))));
+    let (h, initial) = (DURATION / 40.0, still(Matrix3::identity()));
+    let field = Uniform {
+        acceleration: Vector3::zeros(),
+    };
+    let limits = vec![max_torque; wheels.len()];
+    let limit = CommandLimit::new(&limits).expect("limits");
+    Transfer::new(body, field, h, 40, initial, target, actuation)
+        .expect("a transfer")
+        .with_dynamics(Dynamics::Lgvi)
+        .with_motion(Motion::Rotation)
+        .with_constraints(&[Constraint::commands(limit)])
+}
+
 /// The costs of `wheels.py`, with and without limits, or less where IPOPT has found a dearer minimum.
 #[test]
 fn limits_of_speed_cost_what_ipopt_finds() {
     let mut cheaper = 0;
     for (at, case) in references("wheels", "cases").iter().enumerate() {
-        let own = |wheel: &Value, limit: f64| ReactionWheel {
-            max_speed: limit,
-            ..ReactionWheel::new(three(&wheel["axis"]), number(&wheel["inertia"]))
-        };
-        let turn = three(&case["turn"]);
         for (limit, cost) in [(f64::INFINITY, "free"), (number(&case["limit"]), "cost")] {
-            let wheels = case["wheels"].as_array().expect("wheels").iter();
-            let wheels: Vec<_> = wheels.map(|wheel| own(wheel, limit)).collect();
-            let inertia = <[f64; 3]>::try_from(numbers(&case["inertia"])).expect("three");
-            let body = with_momenta(
-                body(inertia, Vec::new(), &wheels),
-                &numbers(&case["momenta"]),
-            );
-            let actuation = body
-                .wheels()
-                .map(|wheels| Actuation::wheels(wheels, &numbers(&case["weights"])));
-            let actuation = actuation.expect("wheels").expect("an actuation");
-            let target = attitude_of(still(exp(&turn)));
-            let (h, initial) = (DURATION / 40.0, still(Matrix3::identity()));
-            let field = Uniform {
-                acceleration: Vector3::zeros(),
-            };
-            let transfer = Transfer::new(body, field, h, 40, initial, target, actuation)
-                .expect("a transfer")
-                .with_dynamics(Dynamics::Lgvi)
-                .with_motion(Motion::Rotation);
+            let transfer = of_ipopt(case, limit, f64::INFINITY);
             let plan = planned(&transfer).unwrap_or_else(|error| panic!("case {at}: {error}"));
             let error = plan.cost / number(&case[cost]) - 1.0;
             assert!(error < 1e-7, "case {at}: {error:e}");
@@ -681,4 +672,135 @@ fn limits_of_speed_cost_what_ipopt_finds() {
         }
     }
     assert!(cheaper < 3, "{cheaper}");
+}
+
+/// The derivative of the cost by the final time, along an orbit with gravity gradient too, and where speeds are at their limits.
+#[test]
+fn the_slope_of_the_cost_is_that_of_neighboring_plans() {
+    let mut rng = Rng::with_seed(67);
+    for case in 0..8 {
+        let count = 3 + case % 4;
+        let mut wheels: Vec<_> = (0..count)
+            .map(|_| ReactionWheel::new(vector(&mut rng, 1.0), 0.01 + 0.02 * rng.f64()))
+            .collect();
+        let momenta: Vec<_> = (0..count).map(|_| 0.2 * (2.0 * rng.f64() - 1.0)).collect();
+        let target = still(exp(&vector(&mut rng, 1.5)));
+        // A gravity gradient, of points so near each other that the orbit hardly depends on the attitude.
+        let mut points = if case < 4 { Vec::new() } else { pair() };
+        for point in &mut points {
+            point.position *= 0.03;
+        }
+        let of = |wheels: &[ReactionWheel]| {
+            let body = with_momenta(body(INERTIA, points.clone(), wheels), &momenta);
+            transfer(body, 50, still(Matrix3::identity()), target)
+        };
+        let free = of(&wheels);
+        let plan = planned(&free).expect("a plan");
+        let unlimited = with_momenta(body(INERTIA, points.clone(), &wheels), &momenta);
+        let limit = 0.9 * fastest(&unlimited, &free, &plan);
+        let bound = count > 3;
+        if bound {
+            wheels.iter_mut().for_each(|wheel| wheel.max_speed = limit);
+        }
+        let transfer = of(&wheels);
+        let settings = NewtonSettings::default();
+        let at = |final_time: f64| {
+            let time = FinalTime {
+                shortest: final_time,
+                longest: final_time,
+                weight: 0.0,
+                tolerance: 1e-9,
+            };
+            solve_final_time(&transfer, &time, Start::Cold, &settings, |_| true)
+                .unwrap_or_else(|error| panic!("case {case}: {error}"))
+        };
+        let (exact, step) = (at(DURATION), 1e-3);
+        let cost = |final_time: f64| at(final_time).plan.cost;
+        let difference = (8.0 * (cost(DURATION + step) - cost(DURATION - step))
+            - (cost(DURATION + 2.0 * step) - cost(DURATION - 2.0 * step)))
+            / (12.0 * step);
+        let error = (exact.slope / difference - 1.0).abs();
+        println!("case {case}: {} for {difference}: {error:e}", exact.slope);
+        assert!(exact.plan.cost > plan.cost || !bound);
+        assert!(error < 1e-6, "case {case}: {error:e}");
+    }
+}
+
+const RANGE: TimeRange = TimeRange {
+    shortest: 0.1,
+    longest: 10.0,
+    tolerance: 1e-6,
+};
+
+fn shortest(transfer: &Transfer) -> MinimumTime {
+    let settings = NewtonSettings::default();
+    let found = solve_minimum_time(transfer, &RANGE, Start::Cold, &settings, |_| true);
+    let found = found.unwrap_or_else(|error| panic!("{error}"));
+    println!(
+        "{} above {} in {}",
+        found.final_time, found.lower_bound, found.solves
+    );
+    assert!(found.lower_bound <= found.final_time);
+    assert!(found.plan.certificate.terminal < 1e-11 && found.plan.certificate.inequality < 1e-8);
+    found
+}
+
+/// The shortest times of `wheels.py`, with and without limits of speed.
+#[test]
+fn wheels_turn_as_fast_as_by_ipopt() {
+    for at in [0, 5, 6, 9] {
+        let case = &references("wheels", "cases")[at];
+        let (limit, torque) = (number(&case["limit"]), number(&case["torque"]));
+        for (limit, time) in [(f64::INFINITY, "free_time"), (limit, "time")] {
+            let transfer = of_ipopt(case, limit, torque);
+            let error = shortest(&transfer).final_time / number(&case[time]) - 1.0;
+            assert!(error.abs() < 2e-6, "case {at}, {time}: {error:e}");
+        }
+    }
+}
+
+/// A turn about a principal axis by a wheel along it. The speed `h (1/I + 1/J)` of the wheel is within its limit: the torque `u`
+/// takes the body to the momentum `h`, and back, and it coasts in between, `T = θ J/h + h/u`.
+#[test]
+fn a_wheel_at_its_limit_of_speed_coasts() {
+    let (angle, torque, inertia) = (1.2, 2.0, 0.02);
+    for (limit, n) in [(f64::INFINITY, 40), (60.0, 40), (30.0, 40), (30.0, 80)] {
+        let wheels = orthogonal().map(|wheel| ReactionWheel {
+            max_speed: limit,
+            max_torque: torque,
+            ..wheel
+        });
+        let body = body([1.0; 3], Vec::new(), &wheels);
+        let own = body.inertia().matrix()[(2, 2)];
+        let most = (limit / (1.0 / inertia + 1.0 / own)).min((angle * own * torque).sqrt());
+        let exact = angle * own / most + most / torque;
+        let target = still(exp(&(angle * Vector3::z())));
+        let free = transfer(body, n, still(Matrix3::identity()), target);
+        // Without a torque about other axes, the turn about this one is that of the least time.
+        let limits = CommandLimit::new(&[1e-6 * torque, 1e-6 * torque, torque]).expect("limits");
+        let found = shortest(&free.with_constraints(&[Constraint::commands(limits)]));
+        let error = found.final_time / exact - 1.0;
+        // As much as the steps of the LGVI, and a switch within a step, cost.
+        let steps = 3.0 / (n * n) as f64;
+        println!("{limit} in {n}: {error:e}");
+        assert!(error.abs() < steps, "{limit} in {n}: {error:e}");
+    }
+}
+
+#[test]
+fn a_search_for_the_shortest_time_by_wheels_is_no_slower() {
+    let case = &references("wheels", "cases")[0];
+    let transfer = of_ipopt(case, f64::INFINITY, number(&case["torque"]));
+    let settings = SearchSettings {
+        starts: 4,
+        ..SearchSettings::default()
+    };
+    let found = search_minimum_time(&transfer, &RANGE, &settings, |_| true).expect("a plan");
+    let error = found.final_time / number(&case["free_time"]) - 1.0;
+    println!(
+        "{} above {}: {error:e}",
+        found.final_time, found.lower_bound
+    );
+    assert!(error < 2e-6, "{error:e}");
+    assert_eq!(found.plan.h, found.final_time / 40.0);
 }

@@ -143,8 +143,10 @@ pub(super) fn check_limits(scene: &Scene, transfer: &Transfer) -> Result<(), Sce
     };
     let loads =
         maneuver.actuation.commands() == LOADS.len() && maneuver.commands() == Commands::Loads;
-    let name = match LOADS.get(command) {
-        Some(name) if loads => (*name).to_string(),
+    let wheels = &scene.bodies[maneuver.body].wheels;
+    let name = match (LOADS.get(command), maneuver.commands()) {
+        (Some(name), _) if loads => (*name).to_string(),
+        (_, Commands::Wheels) => format!("the torque of wheel \"{}\"", wheels[command]),
         _ => format!("command {command}"),
     };
     Err(SceneError::Value {

@@ -557,7 +557,7 @@ fn what_does_not_fit_wheels_is_refused_with_its_key() {
         (
             &given("final_time = { min = 0.5, minimize = \"time\" }"),
             SECOND_WHEEL,
-            "other commands beside `final_time.minimize",
+            "without a limit of the torque of wheel",
         ),
         ("commands = \"wheels\"", SECOND_WHEEL, "maneuver.motion"),
         (

@@ -1,6 +1,7 @@
 //! `lgvi run`: a flight from start to end, each node a process of its own.
 
 mod domain;
+mod fitted;
 mod flight;
 mod flown;
 mod process;
@@ -43,6 +44,9 @@ pub(crate) struct Options {
     /// Do not start the planner; a maneuver waits for a control sequence from another node.
     #[arg(long)]
     no_planner: bool,
+    /// Adjust `run.duration` so that the steps fit the shortest time of the maneuver, which is planned once more to find it.
+    #[arg(long, conflicts_with = "no_planner")]
+    fit_duration: bool,
     /// Fly in lockstep with a controller: wait at the beginning of each control period for its wrench on this body; can be
     /// repeated.
     #[arg(long, value_name = "BODY")]
@@ -68,13 +72,20 @@ pub(crate) struct Options {
 
 /// Flies the scene and prints the summary.
 pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
-    let Loaded { scene, file, .. } = &options.input.load()?;
+    let mut loaded = options.input.load()?;
     let bag = options.output.clone().unwrap_or_else(|| {
         let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
-        PathBuf::from(format!("flights/{}_{time}", scene.name))
+        PathBuf::from(format!("flights/{}_{time}", loaded.scene.name))
     });
     let _alone = domain::lock(&options.input.scene, &bag)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
+    if options.fit_duration {
+        loaded = match fitted::fitted(&options.input, loaded, &shutdown) {
+            Err(NodeError::Interrupted) => return Ok(ExitCode::from(flight::STOPPED)),
+            fitted => fitted?,
+        };
+    }
+    let Loaded { scene, file, .. } = &loaded;
     let choice = match choose(scene, Some(&shutdown)) {
         Err(NodeError::Interrupted) => return Ok(ExitCode::from(flight::STOPPED)),
         choice => choice?,

@@ -43,6 +43,8 @@ pub(crate) struct Solved {
     /// Which of several plans it is, how its commands switch, which soft constraints it violates, and whether it may be no minimum;
     /// empty where none is to be said.
     pub(crate) remark: String,
+    /// The duration of the run whose steps fit the shortest time, where they do not yet.
+    pub(crate) fitting_duration: Option<f64>,
     /// Its phases.
     pub(crate) phased: Phased,
 }
@@ -66,6 +68,7 @@ impl Solved {
             companions: Vec::new(),
             seen: None,
             remark,
+            fitting_duration: None,
             phased: Phased::default(),
         }
     }

@@ -64,12 +64,16 @@ pub(super) fn solve(
         }
     }
     let mut remark = described(steps, min_steps, &minimum);
-    if let Some(duration) = fitting(problem.scene, steps, min_steps, &minimum) {
+    let fitting_duration = fitting(problem.scene, steps, min_steps, &minimum);
+    if let Some(duration) = fitting_duration {
         remark +=
             &format!("; with `run.duration` = {duration} the steps nearly fit the shortest time");
     }
     info!("{remark}");
-    Ok(Solved::new(plan, remark))
+    Ok(Solved {
+        fitting_duration,
+        ..Solved::new(plan, remark)
+    })
 }
 
 /// The plan of the shortest time, whatever number of steps of the run it is.
@@ -283,6 +287,25 @@ mod tests {
         println!("{remark}; {inner} moments within their limits");
         assert!(inner <= 20, "{inner}");
         assert!(remark.contains("28.6"), "{remark}");
+    }
+
+    /// Without gravity, IPOPT finds 55.2886 s in 40 steps of any length.
+    #[test]
+    fn wheels_take_the_shortest_time_within_their_limits_of_speed() {
+        let text = include_str!("../../../../scenes/wheel_slew_plan.toml")
+            .replace("steps = 600", "steps = 40")
+            .replace(
+                "commands = \"wheels\"",
+                "commands = \"wheels\"\nfinal_time = { min = 10.0, minimize = \"time\" }",
+            );
+        let scene = Scene::parse("wheel_slew_plan", &text).unwrap();
+        let task = Task::whole(&scene, scene.maneuver.as_ref().unwrap());
+        let solved = solve(&scene, &task, &mut |_| true).unwrap();
+        let remark = &solved.remark;
+        assert!(remark.contains("of any length, 55.2"), "{remark}");
+        let steps = solved.plan.commands.len() as f64;
+        let taken = solved.fitting_duration.unwrap() / 40.0 * steps;
+        assert!((taken / 55.2886 - 1.0).abs() < 3e-3, "{taken}: {remark}");
     }
 
     #[test]

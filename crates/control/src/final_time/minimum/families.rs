@@ -1,5 +1,5 @@
-use super::{Fastest, FinalTimeError, MinimumTime, TimeRange, Timed, failed, is_missing};
-use crate::final_time::retimed;
+use super::{Fastest, FinalTimeError, MinimumTime, TimeRange, Timed, failed};
+use crate::final_time::{is_missing, retimed};
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_near};
 use crate::{Minimum, SearchSettings, Transfer, search};
 

@@ -1,7 +1,7 @@
 mod families;
 
 use super::approach::Approach;
-use super::{FinalTimeError, MOST, ceiling, check_range, retimed, slope};
+use super::{FinalTimeError, MOST, ceiling, check_range, is_missing, retimed, slope};
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve, solve_near};
 use crate::{Plan, Transfer};
 pub use families::search_minimum_time;
@@ -46,7 +46,7 @@ pub struct MinimumTime {
 ///
 /// # Errors
 /// Returns an error if a planned command has no limit on both sides, if there is no plan at the longest final time, if the
-/// commands are torques of reaction wheels, if the cost is that of fuel, or if a constraint has a price or a probability.
+/// cost is that of fuel, or if a constraint has a price or a probability.
 pub fn solve_minimum_time(
     transfer: &Transfer,
     range: &TimeRange,
@@ -83,9 +83,6 @@ impl<'t> Fastest<'t> {
         settings: &'t NewtonSettings,
     ) -> Result<Self, FinalTimeError> {
         check_range(range.shortest, range.longest, range.tolerance)?;
-        if transfer.actuation.is_of_wheels() {
-            return Err(FinalTimeError::Wheels);
-        }
         if transfer.uses_propellant() {
             return Err(FinalTimeError::Propellant);
         }
@@ -242,17 +239,4 @@ impl<'t> Fastest<'t> {
 fn failed(final_time: f64, source: PlanError) -> FinalTimeError {
     let source = Box::new(source);
     FinalTimeError::Plan { final_time, source }
-}
-
-/// True if the solver found no plan for the transfer, whatever stands in the way.
-fn is_missing(error: &PlanError) -> bool {
-    matches!(
-        error,
-        PlanError::NotConverged { .. }
-            | PlanError::Infeasible { .. }
-            | PlanError::NotFound { .. }
-            | PlanError::Between { .. }
-            | PlanError::Chance { .. }
-            | PlanError::Dynamics { .. }
-    )
 }

@@ -200,10 +200,6 @@ fn check_minimum_time(maneuver: &Maneuver) -> Result<(), SceneError> {
             format!("none {beside}: commands at their limits leave nothing to correct with");
         return Err(SceneError::value("maneuver.replan", "given", expected));
     }
-    if maneuver.commands() == Commands::Wheels {
-        let expected = format!("other commands {beside}");
-        return Err(SceneError::value("maneuver.commands", "wheels", expected));
-    }
     if maneuver.actuation.minimizes_fuel() {
         let expected = format!("\"energy\" {beside}");
         return Err(SceneError::value("maneuver.cost", "fuel", expected));

@@ -3,7 +3,7 @@ mod families;
 use super::approach::Approach;
 use super::{FinalTimeError, MOST, ceiling, check_range, is_missing, retimed, slope};
 use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve, solve_near};
-use crate::{Plan, Transfer};
+use crate::{Command, Plan, Transfer};
 pub use families::search_minimum_time;
 
 /// The final times among which the shortest is wanted.
@@ -38,7 +38,8 @@ pub struct MinimumTime {
 /// It is the limit `ε → 0` of the least `T + ε J`. Plans of least cost are followed to shorter final times, where
 /// `dJ/dT = −1/ε` tends to `−∞`. The first one is that of the transfer's own final time, or of the nearest end of the
 /// range, or of the longest if there is none. `T` of the last one is the shortest of the range, or exceeds by at most the
-/// tolerance the lower bound or a final time at which no plan was found, not even from a cold start.
+/// tolerance the lower bound or a final time at which no plan was found near the last one, nor, where commands are one-sided, from a
+/// cold start.
 ///
 /// # Assumptions and limitations
 /// The minimum is that of the family of plans that contains the first one; [`search_minimum_time`] compares several. The
@@ -67,6 +68,9 @@ struct Fastest<'t> {
     settings: &'t NewtonSettings,
     /// The greatest cost per unit of time.
     rate: f64,
+    /// True if commands are at a limit where they are zero. Near the shortest final time the solver easily loses such plans, and a cold
+    /// start may find them again.
+    one_sided: bool,
 }
 
 /// A plan, its final time, and the number of transfers solved to find it.
@@ -100,6 +104,7 @@ impl<'t> Fastest<'t> {
             range: *range,
             settings,
             rate: ceiling::rate(transfer)?,
+            one_sided: is_one_sided(transfer),
         })
     }
 
@@ -168,7 +173,7 @@ impl<'t> Fastest<'t> {
             let next = approach.next();
             let last = approach
                 .missed()
-                .filter(|missed| confirmed != Some(*missed));
+                .filter(|missed| self.one_sided && confirmed != Some(*missed));
             let Some(shorter) = next.or(last) else {
                 return Ok(MinimumTime {
                     plan,
@@ -213,27 +218,27 @@ impl<'t> Fastest<'t> {
         }
     }
 
-    /// The plan of a transfer near one in another time, from that with its multipliers or else from its path alone.
+    /// The plan of a transfer near one in another time.
     fn near(
         &self,
         timed: &Transfer,
         plan: &Plan,
         observe: &mut dyn FnMut(&Progress) -> bool,
     ) -> Result<Plan, PlanError> {
-        let mut near = retimed(plan, timed.h);
-        match solve_near(timed, &near, self.settings, &mut *observe) {
-            Err(error) if is_missing(&error) => {
-                near.multipliers.clear();
-                solve_near(timed, &near, self.settings, &mut *observe)
-            }
-            done => done,
-        }
+        let near = retimed(plan, timed.h);
+        solve_near(timed, &near, self.settings, &mut *observe)
     }
 
     /// `dJ/dT`
     fn slope(&self, final_time: f64, plan: &Plan) -> Result<f64, FinalTimeError> {
         Ok(slope::by_step(&self.at(final_time), plan)? / self.transfer.intervals as f64)
     }
+}
+
+fn is_one_sided(transfer: &Transfer) -> bool {
+    let none = Command::zeros();
+    let mut rows = transfer.inequalities.command.iter();
+    rows.any(|row| row.price.is_none() && row.value(&none) == 0.0)
 }
 
 fn failed(final_time: f64, source: PlanError) -> FinalTimeError {

@@ -15,7 +15,8 @@ PROBLEM has h, mass, gm, inertia (3x3), points [[mass, x, y, z], ...], initial a
 [{kind, ...}, ...] as INEQUALITIES reads them, and the guess {states: [{x, gamma, R, Pi}, ...], controls: [[6], ...]}, which
 every solve starts from. What is commanded is force and moment, {weights: [force 3x3, moment 3x3]}, or the thrusts of thrusters
 that turn with the body, {columns: [[force, moment per thrust in the body frame], ...], limits, prices, fuel: BOOL}, or the torques
-of its reaction wheels, {axes: [[3], ...], limits, prices, stored: [3]}, with the momentum that they store at the start. For
+of its reaction wheels, {axes: [[3], ...], limits, prices, stored: [3], fastest: BOOL}, with the momentum that they store at the start;
+what is minimized is the time where the turn is to be the fastest, with the length of all steps as one more state. For
 thrusters and wheels there are only "controls", without gravity. Their steps are those of the LGVI, (3.22)-(3.26), and with wheels
 those of a gyrostat, whose position stays. A solve ends after `seconds` on the processor where IPOPT is asked.
 
@@ -171,7 +172,13 @@ class Wheels(Thrusters):
     def __init__(self, commanded, number, steps):
         columns = [[0.0, 0.0, 0.0, *(-component for component in axis)] for axis in commanded["axes"]]
         super().__init__(commanded | {"columns": columns, "fuel": False}, number, steps)
-        self.name, self.stored = "wheels", np.array(commanded["stored"])
+        self.stored, self.fastest = np.array(commanded["stored"]), commanded["fastest"]
+        self.name = f"wheels, fastest {self.fastest}"
+        if self.fastest:
+            self.scale = steps
+
+    def cost(self, h, command):
+        return h / self.scale if self.fastest else super().cost(h, command)
 
 
 def what_is_commanded(commanded, number, steps):
@@ -183,12 +190,13 @@ def what_is_commanded(commanded, number, steps):
 class Stage:
     """What the choices of unknowns share: one step, symbolically.
 
-    Only the unknowns in `bounded` have bounds. Of its `states` the last `ending` are given at the end of the flight.
+    Only the unknowns in `bounded` have bounds, and the first `free` of its `states`, which are not given at the start of the flight. The
+    last `ending` are given at its end.
 
     The problem's numbers are parameters, where they are not 0. What is compiled depends on `layout` alone.
     """
 
-    bounded, states, ending = slice(0, 0), 12, 12
+    bounded, states, ending, free = slice(0, 0), 12, 12, 0
 
     def __init__(self, problem):
         self.layout, symbols, values = [], [], []
@@ -261,6 +269,7 @@ class Stage:
         """Lower (0) or upper (1) bounds of the unknowns of a stage."""
         bounds = np.full(self.width, (-np.inf, np.inf)[which])
         bounds[self.bounded] = self.commanded.bounds[which]
+        bounds[: self.free] = STRETCH[which]
         return bounds
 
     def function(self):
@@ -306,12 +315,17 @@ class Controls(Stage):
         return np.concatenate([self.commanded.guess(np.array(load), attitude), turn])
 
 
+# Lower and upper bound of the length of steps, in parts of that of the guess.
+STRETCH = (0.05, 20.0)
+
+
 class Slew(Controls):
     """The states are the momentum that the wheels store, the attitude and the momentum of the body; the first is free at the end."""
 
     states, ending = 9, 6
 
     def state(self):
+        first = self.stretch()
         stored, a, pi, f = vectors("stored", "a", "pi", "f")
         u, following = ca.SX.sym("u", self.commanded.count), ca.SX.sym("following", self.states)
         half = self.h / 2 * self.commanded.load(u, self.attitude)[1]
@@ -319,16 +333,34 @@ class Slew(Controls):
         next_a = composed(composed(self.between, a), f)
         self.pose = ca.SX.zeros(3), self.attitude @ cayley(next_a)
         next_pi = cayley(f).T @ (begun + middle) - middle + half
-        step = ca.vertcat(stored - 2 * half, next_a, next_pi)
+        step = ca.vertcat(*first, stored - 2 * half, next_a, next_pi)
         square = ca.dot(f, f)
         gyroscopic = (ca.cross(f, middle) - ca.dot(f, middle) * f - square * middle) / (1 + square)
         implicit = self.h * (begun - self.momentum(f) - gyroscopic)
         constraints = ca.vertcat(following - step, implicit)
-        self.define(ca.vertcat(stored, a, pi, u, f), following, u, constraints, f)
+        self.define(ca.vertcat(*first, stored, a, pi, u, f), following, u, constraints, f)
         self.bounded = slice(self.states, self.states + self.commanded.count)
 
     def coordinates(self, state, deviation):
         return np.concatenate([self.commanded.stored, deviation, state["Pi"]])
+
+    def stretch(self):
+        """States before the others."""
+        return []
+
+
+class Fastest(Slew):
+    """The length of steps, in parts of that of the guess, is a state that does not change."""
+
+    states, free = 10, 1
+
+    def stretch(self):
+        length = ca.SX.sym("length")
+        self.h = length * self.h
+        return [length]
+
+    def coordinates(self, state, deviation):
+        return np.concatenate([[1.0], super().coordinates(state, deviation)])
 
 
 class Momenta(Stage):
@@ -372,13 +404,16 @@ class Problem:
     """All stages: unknowns [s_0, v_0, s_1, v_1, ..., s_N]; constraints of stage 0, s_0, of the other stages, s_N."""
 
     def __init__(self, data, unknowns):
-        kind = Slew if "axes" in data["commanded"] else UNKNOWNS[unknowns]
-        self.stage, self.name, self.states, self.ending = kind(data), unknowns, kind.states, kind.ending
+        kind = UNKNOWNS[unknowns]
+        if "axes" in data["commanded"]:
+            kind = Fastest if data["commanded"]["fastest"] else Slew
+        self.stage, self.name = kind(data), unknowns
+        self.states, self.ending, self.free = kind.states, kind.ending, kind.free
         states = data["guess"]["states"]
         self.n = len(states) - 1
         attitudes = [np.array(state["R"]) for state in states]
         coordinates = [self.coordinates(state, r) for state, r in zip(states, attitudes)]
-        start = self.coordinates(data["initial"], attitudes[0])
+        start = self.coordinates(data["initial"], attitudes[0])[self.free :]
         end = self.coordinates(data["target"], attitudes[-1])[-self.ending :]
         steps = list(zip(attitudes, attitudes[1:]))
         turns = [cayley_vector(r.T @ s) for r, s in steps]
@@ -393,7 +428,8 @@ class Problem:
         free = np.full(self.states, np.inf)
         self.bounds = [np.concatenate([*[self.stage.bounds(which)] * self.n, (2 * which - 1) * free]) for which in (0, 1)]
         self.width = self.stage.width * self.n + self.states
-        self.given = self.states + self.ending
+        self.begun = self.states - self.free
+        self.given = self.begun + self.ending
         self.height = self.stage.rows * self.n + self.given
 
     def coordinates(self, state, about):
@@ -410,7 +446,7 @@ class Problem:
 
     def constraints(self, unknowns, parameters, values):
         start, end = parameters[-self.given : -self.ending], parameters[-self.ending :]
-        ends = unknowns[: self.states] - start, unknowns[-self.ending :] - end
+        ends = unknowns[self.free : self.states] - start, unknowns[-self.ending :] - end
         return ca.vertcat(values[:, 0], ends[0], ca.vec(values[:, 1:]), ends[1])
 
     def gradient(self, parts):
@@ -455,20 +491,20 @@ class Problem:
         cost, constraints = ca.sum2(costs), self.constraints(*inputs, values)
         gradient = self.gradient(stage.gradient().map(n)(*stages)[1])
 
-        rows = stage.rows * np.arange(n) + self.states * (np.arange(n) > 0)
-        i, j = np.arange(self.states), np.arange(-self.ending, 0)
-        ends = [(stage.rows + i, i), (self.height + j, self.width + j)]
+        rows = stage.rows * np.arange(n) + self.begun * (np.arange(n) > 0)
+        i, j = np.arange(self.begun), np.arange(-self.ending, 0)
+        ends = [(stage.rows + i, self.free + i), (self.height + j, self.width + j)]
         values, blocks = stage.jacobian().map(n)(*stages)
         pattern = stage.jacobian().sparsity_out(1)
         jacobian = self.placed(pattern, rows, blocks.nz[:], lambda row, _: row >= 0, ends)
         first = [self.constraints(*inputs, values), jacobian]
 
         dual = [*inputs, ca.MX.sym("lam_f"), ca.MX.sym("lam_g", self.height)]
-        of_stages = [dual[3][: stage.rows], dual[3][stage.rows + self.states : -self.ending]]
+        of_stages = [dual[3][: stage.rows], dual[3][stage.rows + self.begun : -self.ending]]
         multipliers = ca.reshape(ca.vertcat(*of_stages), stage.rows, n)
         parts, blocks = stage.hessian().map(n)(*stages, ca.repmat(dual[2], 1, n), multipliers)
-        between = ca.MX.zeros(self.width - self.given)
-        ends = ca.vertcat(dual[3][stage.rows : stage.rows + self.states], between, dual[3][-self.ending :])
+        before, between = ca.MX.zeros(self.free), ca.MX.zeros(self.width - self.states - self.ending)
+        ends = ca.vertcat(before, dual[3][stage.rows : stage.rows + self.begun], between, dual[3][-self.ending :])
         dual_gradient = self.gradient(parts) + ends
         keep = (lambda row, column: row <= column) if triangular else (lambda row, _: row >= 0)
         pattern = stage.hessian().sparsity_out(1)
@@ -518,7 +554,7 @@ class Problem:
                 "N": self.n,
                 "nx": [self.states] * (self.n + 1),
                 "nu": [self.stage.width - self.states] * self.n + [0],
-                "ng": [others + self.states] + [others] * (self.n - 1) + [self.ending],
+                "ng": [others + self.begun] + [others] * (self.n - 1) + [self.ending],
                 "equality": [bool(least == 0) for least in self.least],
             }
         if tolerance is not None:

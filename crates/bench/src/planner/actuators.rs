@@ -1,9 +1,9 @@
 //! The planner beside CasADi's solvers on random maneuvers by one-sided thrusters, at least energy and at minimum fuel, and on random
-//! turns by reaction wheels.
+//! turns by reaction wheels, at least energy and in the shortest time.
 
 use std::path::Path;
 
-use lgvi_control::Transfer;
+use lgvi_control::{NewtonSettings, Start, TimeRange, Transfer, solve_minimum_time};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Load, Method, MethodError, RigidBody, Simulation, StepError, System};
 use lgvi_truth::maneuvers::{Thrusted, Wheeled, thrusted, wheeled};
@@ -13,8 +13,8 @@ use super::peer::{ACTUATED, Commanded, Stated};
 use crate::error::BenchError;
 use crate::peer::Python;
 
-/// Tries the first `count` maneuvers of `seed` in so many steps of each kind; keeps `thrusters_<steps>.json`, `fuel_<steps>.json` and
-/// `wheels_<steps>.json`, and the tables of those names.
+/// Tries the first `count` maneuvers of `seed` in so many steps of each kind; keeps `thrusters_<steps>.json`, `fuel_<steps>.json`,
+/// `wheels_<steps>.json` and `fastest_<steps>.json`, and the tables of those names.
 pub(crate) fn run(
     count: u64,
     seed: u64,
@@ -29,7 +29,10 @@ pub(crate) fn run(
     }
     let draw = |index| wheeled(seed, index, intervals);
     let tried = beside::try_all(count, python, &ACTUATED, draw)?;
-    beside::keep(("wheels", seed, intervals), &ACTUATED, tried, directory)
+    beside::keep(("wheels", seed, intervals), &ACTUATED, tried, directory)?;
+    let draw = |index| wheeled(seed, index, intervals).map(Fastest);
+    let tried = beside::try_all(count, python, &ACTUATED, draw)?;
+    beside::keep(("fastest", seed, intervals), &ACTUATED, tried, directory)
 }
 
 impl Drawn for Thrusted {
@@ -51,8 +54,11 @@ impl Drawn for Thrusted {
         )
     }
 
-    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>) {
-        (&self.transfer, begun(&self.body, &self.transfer))
+    fn begun(&self, _: f64) -> (&Transfer, Result<Simulation, MethodError>) {
+        (
+            &self.transfer,
+            begun(&self.body, &self.transfer, self.transfer.h()),
+        )
     }
 
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
@@ -72,12 +78,18 @@ impl Drawn for Wheeled {
 
     fn theirs(&self) -> Result<Stated<'_>, BenchError> {
         let weights = &self.weights;
-        let commanded = Commanded::Wheels { weights };
+        let commanded = Commanded::Wheels {
+            weights,
+            fastest: false,
+        };
         Stated::of(&self.body, 0.0, &self.transfer, commanded)
     }
 
-    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>) {
-        (&self.transfer, begun(&self.body, &self.transfer))
+    fn begun(&self, _: f64) -> (&Transfer, Result<Simulation, MethodError>) {
+        (
+            &self.transfer,
+            begun(&self.body, &self.transfer, self.transfer.h()),
+        )
     }
 
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
@@ -86,9 +98,57 @@ impl Drawn for Wheeled {
     }
 }
 
-/// The flight of a transfer without gravity.
-fn begun(body: &RigidBody, transfer: &Transfer) -> Result<Simulation, MethodError> {
+/// A turn by reaction wheels that is to take the shortest time.
+struct Fastest(Wheeled);
+
+impl Drawn for Fastest {
+    fn family(&self) -> &'static str {
+        "fastest"
+    }
+
+    fn ours(&self) -> Result<Transfer, BenchError> {
+        self.0.ours()
+    }
+
+    fn planned(&self, transfer: &Transfer) -> Result<f64, String> {
+        let duration = transfer.h() * transfer.intervals() as f64;
+        let range = TimeRange {
+            shortest: 0.05 * duration,
+            longest: 20.0 * duration,
+            tolerance: TOLERANCE,
+        };
+        let settings = NewtonSettings::default();
+        solve_minimum_time(transfer, &range, Start::Cold, &settings, |_| true)
+            .map(|found| found.final_time)
+            .map_err(|error| error.to_string())
+    }
+
+    fn theirs(&self) -> Result<Stated<'_>, BenchError> {
+        let Wheeled { body, weights, .. } = &self.0;
+        let commanded = Commanded::Wheels {
+            weights,
+            fastest: true,
+        };
+        Stated::of(body, 0.0, &self.0.transfer, commanded)
+    }
+
+    fn begun(&self, time: f64) -> (&Transfer, Result<Simulation, MethodError>) {
+        let Wheeled { body, transfer, .. } = &self.0;
+        let h = time / transfer.intervals() as f64;
+        (transfer, begun(body, transfer, h))
+    }
+
+    fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
+        self.0.advance(flight, commands)
+    }
+}
+
+/// Relative tolerance of shortest times.
+const TOLERANCE: f64 = 1e-6;
+
+/// The flight of a transfer without gravity in steps of length `h`.
+fn begun(body: &RigidBody, transfer: &Transfer, h: f64) -> Result<Simulation, MethodError> {
     let system = System::new(vec![body.clone()], Vec::new());
     let method = Method::Lgvi(Rotor::Discrete);
-    Simulation::new(system, vec![*transfer.initial()], method, transfer.h())
+    Simulation::new(system, vec![*transfer.initial()], method, h)
 }

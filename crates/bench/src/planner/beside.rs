@@ -3,12 +3,12 @@
 use std::path::Path;
 use std::time::Duration;
 
-use lgvi_control::{NewtonSettings, PlanError, Start, Transfer, miss, solve};
+use lgvi_control::{NewtonSettings, Start, Transfer, miss, solve};
 use lgvi_dynamics::{MethodError, Simulation, StepError};
 use lgvi_truth::maneuvers::ManeuverError;
 use serde::Serialize;
 
-use super::peer::{Casadi, Solver, Stated};
+use super::peer::{Casadi, Found, Solver, Stated};
 use crate::clock::Moment;
 use crate::error::{BenchError, write_json};
 use crate::maneuvers::quantile;
@@ -75,8 +75,15 @@ pub(super) trait Drawn {
     /// As it is stated to the peers, in units of its size.
     fn theirs(&self) -> Result<Stated<'_>, BenchError>;
 
-    /// The transfer in units of its size, and its flight, which begins.
-    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>);
+    /// What lgvi's plan costs, from a cold start.
+    fn planned(&self, transfer: &Transfer) -> Result<f64, String> {
+        solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true)
+            .map(|plan| plan.cost)
+            .map_err(|error| error.to_string())
+    }
+
+    /// The transfer in units of its size, and its flight by a plan of this cost, which begins.
+    fn begun(&self, cost: f64) -> (&Transfer, Result<Simulation, MethodError>);
 
     /// Makes a step of the flight with these commands.
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError>;
@@ -99,7 +106,7 @@ pub(super) fn try_all<D: Drawn>(
     let mut tried = Vec::new();
     for index in 0..count {
         let maneuver = draw(index)?;
-        let ours = Attempt::ours(&maneuver.ours()?);
+        let ours = Attempt::ours(&maneuver)?;
         let peers = peers.as_mut().map(|peers| peers.solve(&maneuver));
         let one = Tried {
             index,
@@ -115,13 +122,13 @@ pub(super) fn try_all<D: Drawn>(
 
 /// Why a flight with these commands does not reach the target; nothing where it does. The equations of a step have more
 /// solutions than the rotation: such as half a turn about a principal axis, which takes no moment.
-fn unflown(maneuver: &impl Drawn, commands: &[Vec<f64>]) -> Option<String> {
-    let (transfer, flight) = maneuver.begun();
+fn unflown(maneuver: &impl Drawn, found: &Found) -> Option<String> {
+    let (transfer, flight) = maneuver.begun(found.cost);
     let mut flight = match flight {
         Ok(flight) => flight,
         Err(error) => return Some(error.to_string()),
     };
-    for commands in commands {
+    for commands in &found.controls {
         if let Err(error) = maneuver.advance(&mut flight, commands) {
             return Some(format!("cannot be flown: {error}"));
         }
@@ -133,14 +140,15 @@ fn unflown(maneuver: &impl Drawn, commands: &[Vec<f64>]) -> Option<String> {
 
 impl Attempt {
     /// lgvi's, from a cold start.
-    fn ours(transfer: &Transfer) -> Self {
+    fn ours(maneuver: &impl Drawn) -> Result<Self, BenchError> {
+        let transfer = maneuver.ours()?;
         let begun = Moment::now();
-        let plan = solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true);
-        Self {
+        let cost = maneuver.planned(&transfer);
+        Ok(Self {
             seconds: begun.elapsed(),
-            failure: plan.as_ref().err().map(PlanError::to_string),
-            cost: plan.ok().map(|plan| plan.cost),
-        }
+            failure: cost.as_ref().err().cloned(),
+            cost: cost.ok(),
+        })
     }
 }
 
@@ -170,7 +178,7 @@ impl<'p> Peers<'p> {
             let attempt = match self.casadi.solve_within(UNANSWERED, solver, true) {
                 Ok(found) => {
                     let failure = match found.success {
-                        true => unflown(maneuver, &found.controls),
+                        true => unflown(maneuver, &found),
                         false => Some(found.status.clone()),
                     };
                     Attempt {

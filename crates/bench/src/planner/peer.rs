@@ -170,8 +170,8 @@ pub(crate) enum Commanded<'p> {
     Loads { weights: [Matrix3<f64>; 2] },
     /// One-sided thrusters of the body, with a weight each, or a price where the cost is that of fuel.
     Thrusters { prices: &'p [f64], fuel: bool },
-    /// The body's reaction wheels, with a weight each.
-    Wheels { weights: &'p [f64] },
+    /// The body's reaction wheels, with a weight each, which are to be fast or cheap.
+    Wheels { weights: &'p [f64], fastest: bool },
 }
 
 /// A problem to be stated to the peers.
@@ -275,7 +275,7 @@ impl Commanded<'_> {
                     "fuel": fuel,
                 })
             }
-            Self::Wheels { weights } => {
+            Self::Wheels { weights, fastest } => {
                 let wheels = body.wheels().map_or(&[][..], Wheels::wheels);
                 let axes = wheels.iter().map(|wheel| wheel.axis.as_slice());
                 let limits = wheels.iter().map(|wheel| wheel.max_torque);
@@ -283,6 +283,7 @@ impl Commanded<'_> {
                     "axes": axes.collect::<Vec<_>>(),
                     "limits": limits.collect::<Vec<_>>(),
                     "prices": weights,
+                    "fastest": fastest,
                     "stored": body.wheels().map(|wheels| wheels.momentum().as_slice().to_vec()),
                 })
             }

@@ -48,7 +48,7 @@ impl Drawn for Varied {
         .map(|stated| stated.under(&self.constraints))
     }
 
-    fn begun(&self) -> (&Transfer, Result<Simulation, MethodError>) {
+    fn begun(&self, _: f64) -> (&Transfer, Result<Simulation, MethodError>) {
         let gravity = Central { gm: self.gm };
         let system = System::new(vec![self.body.clone()], vec![Box::new(gravity)]);
         let method = Method::LieEuler(Rotor::Discrete);

@@ -144,7 +144,7 @@ impl Drawn for Fastest {
 }
 
 /// Relative tolerance of shortest times.
-const TOLERANCE: f64 = 1e-6;
+const TOLERANCE: f64 = 1e-4;
 
 /// The flight of a transfer without gravity in steps of length `h`.
 fn begun(body: &RigidBody, transfer: &Transfer, h: f64) -> Result<Simulation, MethodError> {

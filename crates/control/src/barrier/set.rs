@@ -151,8 +151,6 @@ impl Given {
 
 /// Least slack assumed for the initial multipliers.
 const SLACK: f64 = 0.1;
-/// Initial β for known multipliers, relative to the share of the cost per inequality.
-const RESUMED: f64 = 1e-4;
 
 impl<const X: usize, const U: usize> Barrier<X, U> {
     /// The inequalities of `set` over the intervals of a transfer. `selection` makes the actuation's commands of the `U`
@@ -257,15 +255,17 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         }
     }
 
-    /// Initializes the multipliers near a solution. `forces` holds `Σ y ∂g/∂z` and `Σ y ∂g/∂w` of every interval; each
-    /// multiplier is computed as if its inequality were the only one of the interval.
+    /// Initializes the multipliers near a solution, with β at this `part` of the share of the cost per inequality. `forces` holds
+    /// `Σ y ∂g/∂z` and `Σ y ∂g/∂w` of every interval; each multiplier is computed as if its inequality were the only one of the
+    /// interval.
     pub(crate) fn resume(
         &mut self,
         states: &[BodyState],
         commands: &[SVector<f64, U>],
         forces: &[Force<X, U>],
+        part: f64,
     ) {
-        self.schedule.start_at(RESUMED);
+        self.schedule.start_at(part);
         let beta = self.schedule.penalty.beta;
         let mut fuel = self.fuel.take();
         if let Some(fuel) = &mut fuel {

@@ -4,7 +4,7 @@ use super::class::Class;
 use super::error::PlanError;
 use super::fuel::LAST_SMOOTHNESS;
 use super::neighboring::Inherited;
-use super::progress::{NewtonSettings, Phase, Progress, Start};
+use super::progress::{NewtonSettings, Phase, Progress, Start, Warmth};
 use super::resolution::resolved;
 use super::scale::{self, stiffness};
 use crate::discrete::DiscreteDynamics;
@@ -34,6 +34,8 @@ pub(super) struct Solver<'s, C> {
     pub(super) within: bool,
     /// True if inequalities have made a step of the last attempt shorter.
     pub(super) limited: bool,
+    /// The barrier parameter to begin with at a plan, relative to the share of the cost per inequality.
+    pub(super) barrier: f64,
 }
 
 /// Kinds of initial guesses.
@@ -101,6 +103,7 @@ impl<'s, C> Solver<'s, C> {
             smooth: true,
             within: true,
             limited: false,
+            barrier: Warmth::ANY.barrier,
         }
     }
 
@@ -132,21 +135,21 @@ impl<'s, C> Solver<'s, C> {
         }
     }
 
-    /// Runs the whole strategy. If a warm start fails and `again` is true, a cold start follows.
+    /// Runs the whole strategy. A cold start follows a warm one that fails if that is asked for.
     pub(super) fn solve<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
-        again: bool,
+        warmth: Warmth,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
     {
         if !self.transfer.inequalities.is_empty() {
-            return self.constrained(start, again);
+            return self.constrained(start, warmth);
         }
         let found = match start {
             Start::Warm(plan) => match self.warm(plan)? {
-                Err((ended, _)) if again && ended != Ended::Stopped => self.cold()?,
+                Err((ended, _)) if warmth.again && ended != Ended::Stopped => self.cold()?,
                 found => found,
             },
             Start::Cold => self.cold()?,

@@ -4,7 +4,7 @@ use nalgebra::SVector;
 use super::attempt::{DESCENTS, Solver, is_cheaper};
 use super::class::Class;
 use super::error::PlanError;
-use super::progress::{Phase, Start};
+use super::progress::{Phase, Start, Warmth};
 use crate::barrier::{Barrier, BarrierTolerances, Force, Given, Violation, forces};
 use crate::newton::{Closeness, Ended, Ending, Iterate, Newton, Problem, Tolerances};
 use crate::problem::{HalfSet, InequalitySet, StateInequality};
@@ -25,11 +25,12 @@ impl<C> Solver<'_, C> {
     pub(super) fn constrained<const X: usize, const U: usize>(
         mut self,
         start: Start<'_>,
-        again: bool,
+        warmth: Warmth,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
     {
+        self.barrier = warmth.barrier;
         if let Start::Warm(plan) = start {
             match self.between_as(plan) {
                 Ok(Some(plan)) => return Ok(plan),
@@ -37,10 +38,10 @@ impl<C> Solver<'_, C> {
                 Err(error) => return Err(error),
             }
         }
-        let plan = self.at_ends(start, again)?;
+        let plan = self.at_ends(start, warmth)?;
         match (self.between(plan), start) {
-            (Err(PlanError::Between { .. }), Start::Warm(_)) if again => {
-                let plan = self.at_ends(Start::Cold, again)?;
+            (Err(PlanError::Between { .. }), Start::Warm(_)) if warmth.again => {
+                let plan = self.at_ends(Start::Cold, warmth)?;
                 self.between(plan)
             }
             (done, _) => done,
@@ -52,7 +53,7 @@ impl<C> Solver<'_, C> {
     fn at_ends<const X: usize, const U: usize>(
         &mut self,
         start: Start<'_>,
-        again: bool,
+        warmth: Warmth,
     ) -> Result<Plan, PlanError>
     where
         C: Class<X, U>,
@@ -61,7 +62,7 @@ impl<C> Solver<'_, C> {
         let set = &transfer.inequalities;
         if let Start::Warm(plan) = start {
             match self.resumed(plan) {
-                Err(error) if again && error.is_missing() => (),
+                Err(error) if warmth.again && error.is_missing() => (),
                 done => return done,
             }
         }
@@ -298,7 +299,7 @@ impl<C> Solver<'_, C> {
             });
         }
         match known {
-            Some(forces) => barrier.resume(&states[1..], commands, forces),
+            Some(forces) => barrier.resume(&states[1..], commands, forces, self.barrier),
             None => barrier.start(&states[1..], commands, self.smooth),
         }
         // Steps within the inequalities converge soon or not at all.

@@ -8,7 +8,7 @@ use super::attempt::Solver;
 use super::both;
 use super::class::Class;
 use super::error::PlanError;
-use super::progress::{NewtonSettings, Progress, Start};
+use super::progress::{NewtonSettings, Progress, Start, Warmth};
 use super::resolution::resolved;
 use crate::discrete::{DiscreteDynamics, KickDriftKick};
 use crate::newton::Ending;
@@ -19,7 +19,7 @@ pub(super) fn half<C, const X: usize, const U: usize>(
     class: &C,
     transfer: &Transfer,
     start: Start<'_>,
-    again: bool,
+    warmth: Warmth,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError>
@@ -31,7 +31,7 @@ where
         made = [now.iteration, now.trials];
         observe(now)
     };
-    let plan = Solver::new(class.clone(), transfer, settings, &mut watch).solve(start, again)?;
+    let plan = Solver::new(class.clone(), transfer, settings, &mut watch).solve(start, warmth)?;
     let tolerated = settings.violation.max(2.0 * plan.certificate.terminal);
     if miss(class, transfer, &plan).is_some_and(|miss| miss <= tolerated) {
         return Ok(plan);
@@ -44,7 +44,7 @@ where
         })
     };
     let whole = whole(class, transfer);
-    let plan = both(&whole, Start::Warm(&plan), again, settings, &mut watch)?;
+    let plan = both(&whole, Start::Warm(&plan), warmth, settings, &mut watch)?;
     // The terminal conditions are not those of the transfer.
     let sweep = plan.sweep.clone().without_policies();
     Ok(Plan { sweep, ..plan })

@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, SMatrix};
 use super::attempt::Solver;
 use super::class::{Both, Class};
 use super::error::PlanError;
-use super::progress::{NewtonSettings, Progress, Start};
+use super::progress::{NewtonSettings, Progress, Start, Warmth};
 use crate::problem::{InequalitySet, Weight};
 use crate::{Actuation, Motion, Plan, Sweep, Transfer};
 
@@ -45,7 +45,8 @@ impl<C> Solver<'_, C> {
             })
         };
         let mut solved = |problem: &Transfer| {
-            Solver::new(Both::<6>, problem, &settings, &mut watch).solve(Start::Cold, false)
+            Solver::new(Both::<6>, problem, &settings, &mut watch)
+                .solve(Start::Cold, Warmth::NEAREST)
         };
         let found = match self.transfer.inequalities.on_states_in_phases() {
             Some(inequalities) => {

@@ -27,6 +27,7 @@ mod warm;
 pub(crate) use between::{Margin, Reached, TOLERANCE as BETWEEN};
 pub(crate) use crest::highest;
 pub use error::PlanError;
+pub(crate) use progress::Warmth;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
 use crate::discrete::SPINNING;
@@ -68,7 +69,7 @@ fn solve_plain(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     if transfer.actuation.is_of_wheels() {
-        return wheels::solve(transfer, start, true, settings, observe);
+        return wheels::solve(transfer, start, Warmth::ANY, settings, observe);
     }
     if let Some(command) = fuel::unlimited(transfer) {
         return Err(PlanError::Unlimited { command });
@@ -86,27 +87,28 @@ pub(crate) fn solve_stated(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    stated(transfer, start, true, settings, &mut observe)
+    stated(transfer, start, Warmth::ANY, settings, &mut observe)
 }
 
 /// [`solve`] from a plan, without a cold start if that fails.
 pub(crate) fn solve_near(
     transfer: &Transfer,
     plan: &Plan,
+    warmth: Warmth,
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     let start = Start::Warm(plan);
     if transfer.actuation.is_of_wheels() {
-        return wheels::solve(transfer, start, false, settings, &mut observe);
+        return wheels::solve(transfer, start, warmth, settings, &mut observe);
     }
-    stated(transfer, start, false, settings, &mut observe)
+    stated(transfer, start, warmth, settings, &mut observe)
 }
 
 fn stated(
     transfer: &Transfer,
     start: Start<'_>,
-    again: bool,
+    warmth: Warmth,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
@@ -121,7 +123,7 @@ fn stated(
         }
     };
     let mut observe = |now: &Progress| observe(&units.leave_progress(now));
-    by_class(&own, start, again, settings, &mut observe)
+    by_class(&own, start, warmth, settings, &mut observe)
         .map(|plan| units.leave(plan))
         .map_err(|error| units.leave_error(error))
 }
@@ -155,7 +157,7 @@ pub(crate) fn solve_in_own_units(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    by_class(transfer, start, true, settings, &mut observe)
+    by_class(transfer, start, Warmth::ANY, settings, &mut observe)
 }
 
 /// [`solve_in_own_units`] from an initial guess, without a cold start if it fails.
@@ -165,29 +167,30 @@ pub(crate) fn from_guess(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    by_class(transfer, Start::Warm(guess), false, settings, &mut observe)
+    let warmth = Warmth::NEAREST;
+    by_class(transfer, Start::Warm(guess), warmth, settings, &mut observe)
 }
 
 fn by_class(
     transfer: &Transfer,
     start: Start<'_>,
-    again: bool,
+    warmth: Warmth,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     let actuation = &transfer.actuation;
     if transfer.orbit.is_some() {
-        return spinning(transfer, start, again, settings, observe);
+        return spinning(transfer, start, warmth, settings, observe);
     }
     match transfer.motion {
-        Motion::Full => both(transfer, start, again, settings, observe),
+        Motion::Full => both(transfer, start, warmth, settings, observe),
         Motion::Translation => {
             let class = Translation::of(actuation)?;
-            coupling::half(&class, transfer, start, again, settings, observe)
+            coupling::half(&class, transfer, start, warmth, settings, observe)
         }
         Motion::Rotation => {
             let class = Rotation::of(actuation)?;
-            coupling::half(&class, transfer, start, again, settings, observe)
+            coupling::half(&class, transfer, start, warmth, settings, observe)
         }
     }
 }
@@ -196,14 +199,14 @@ fn by_class(
 fn both(
     transfer: &Transfer,
     start: Start<'_>,
-    again: bool,
+    warmth: Warmth,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     if transfer.actuation.commands() <= FEW {
-        Solver::new(Both::<FEW>, transfer, settings, observe).solve(start, again)
+        Solver::new(Both::<FEW>, transfer, settings, observe).solve(start, warmth)
     } else {
-        Solver::new(Both::<MAX_COMMANDS>, transfer, settings, observe).solve(start, again)
+        Solver::new(Both::<MAX_COMMANDS>, transfer, settings, observe).solve(start, warmth)
     }
 }
 
@@ -211,14 +214,14 @@ fn both(
 fn spinning(
     transfer: &Transfer,
     start: Start<'_>,
-    again: bool,
+    warmth: Warmth,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     if transfer.actuation.commands() <= SPINNING {
-        Solver::new(Spinning::<SPINNING>, transfer, settings, observe).solve(start, again)
+        Solver::new(Spinning::<SPINNING>, transfer, settings, observe).solve(start, warmth)
     } else {
-        Solver::new(Spinning::<MAX_COMMANDS>, transfer, settings, observe).solve(start, again)
+        Solver::new(Spinning::<MAX_COMMANDS>, transfer, settings, observe).solve(start, warmth)
     }
 }
 

@@ -83,3 +83,31 @@ impl Standing {
         }
     }
 }
+
+/// How a solver starts from a plan.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Warmth {
+    /// True if a cold start follows where the plan leads to none.
+    pub(super) again: bool,
+    /// The barrier parameter to begin with, relative to the share of the cost per inequality. Commands that are at their limits and are
+    /// to leave them take long where it is small; plans that are nearly infeasible are lost where it is not.
+    pub(super) barrier: f64,
+}
+
+impl Warmth {
+    /// A plan of the same transfer, perhaps from another state.
+    pub(crate) const ANY: Self = Self {
+        again: true,
+        barrier: 1e-4,
+    };
+    /// A plan of another transfer.
+    pub(crate) const NEAR: Self = Self {
+        again: false,
+        barrier: 1e-2,
+    };
+    /// A plan of another transfer that hardly differs.
+    pub(crate) const NEAREST: Self = Self {
+        again: false,
+        barrier: 1e-4,
+    };
+}

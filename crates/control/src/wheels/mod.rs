@@ -17,7 +17,7 @@ use nalgebra::{SVector, Vector3};
 
 use crate::multistart::{resolved, search_stated};
 use crate::problem::block;
-use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_near, solve_stated};
+use crate::solver::{NewtonSettings, PlanError, Progress, Start, Warmth, solve_near, solve_stated};
 use crate::units::Units;
 use crate::{
     Certificate, Command, Dynamics, Minimum, Motion, Place, Plan, SearchSettings, Transfer,
@@ -30,11 +30,11 @@ use speeds::Speeds;
 /// still settle.
 const SETTLING: f64 = 0.9;
 
-/// [`crate::solve`] for a transfer by wheels. From a plan, it begins `again` from nothing if that fails.
+/// [`crate::solve`] for a transfer by wheels.
 pub(crate) fn solve(
     transfer: &Transfer,
     start: Start<'_>,
-    again: bool,
+    warmth: Warmth,
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
@@ -68,8 +68,8 @@ pub(crate) fn solve(
         };
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
         let found = match start {
-            Start::Warm(plan) if !again => solve_near(&stated, plan, settings, &mut watch),
-            start => solve_stated(&stated, start, settings, &mut watch),
+            Start::Warm(plan) => solve_near(&stated, plan, warmth, settings, &mut watch),
+            Start::Cold => solve_stated(&stated, Start::Cold, settings, &mut watch),
         };
         let found = found.map_err(|error| {
             let error = left_error(transfer, error);
@@ -141,7 +141,7 @@ pub(crate) fn search(
         }
         let guess = left(transfer, plan, flight, apart);
         let start = Start::Warm(&guess);
-        solve(transfer, start, true, &settings.newton, observe)
+        solve(transfer, start, Warmth::ANY, &settings.newton, observe)
     })
 }
 

@@ -1,6 +1,6 @@
 use super::{Fastest, FinalTimeError, MinimumTime, TimeRange, Timed, failed};
 use crate::final_time::{is_missing, retimed};
-use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_near};
+use crate::solver::{NewtonSettings, PlanError, Progress, Start, Warmth, solve_near};
 use crate::{Minimum, SearchSettings, Transfer, search};
 
 /// Parts of the best final time that the next search is to save, in the order of trial. Nearer to the shortest final time,
@@ -155,7 +155,8 @@ fn refined(
     for (part, solves) in LONGER.into_iter().zip(1..) {
         let final_time = (coarse.final_time * (1.0 + part)).min(fastest.range.longest);
         let path = retimed(&coarse.plan, final_time / coarse.plan.commands.len() as f64);
-        match solve_near(&fastest.at(final_time), &path, settings, &mut *observe) {
+        let timed = fastest.at(final_time);
+        match solve_near(&timed, &path, Warmth::NEAREST, settings, &mut *observe) {
             Ok(plan) => {
                 let first = Timed {
                     final_time,

@@ -2,9 +2,12 @@ mod families;
 
 use super::approach::Approach;
 use super::{FinalTimeError, MOST, ceiling, check_range, is_missing, retimed, slope};
-use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve, solve_near};
+use crate::solver::{NewtonSettings, PlanError, Progress, Start, Warmth, solve, solve_near};
 use crate::{Command, Plan, Transfer};
 pub use families::search_minimum_time;
+
+/// The part of a final time from which on a shorter one is nearly the same.
+const CLOSE: f64 = 0.999;
 
 /// The final times among which the shortest is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -226,7 +229,11 @@ impl<'t> Fastest<'t> {
         observe: &mut dyn FnMut(&Progress) -> bool,
     ) -> Result<Plan, PlanError> {
         let near = retimed(plan, timed.h);
-        solve_near(timed, &near, self.settings, &mut *observe)
+        let mut from = |warmth| solve_near(timed, &near, warmth, self.settings, &mut *observe);
+        match from(Warmth::NEAR) {
+            Err(error) if is_missing(&error) && timed.h > CLOSE * plan.h => from(Warmth::NEAREST),
+            done => done,
+        }
     }
 
     /// `dJ/dT`

@@ -127,7 +127,7 @@ enum Command {
         steps: usize,
     },
     /// The planner beside CasADi with IPOPT and fatrop on random maneuvers by thrusters, at least energy and at minimum fuel, and on random
-    /// turns by reaction wheels.
+    /// turns by reaction wheels, at least energy and in the shortest time.
     Actuators {
         /// How many of each kind, from the first on.
         #[arg(long, default_value_t = 30)]

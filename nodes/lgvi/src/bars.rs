@@ -1,6 +1,11 @@
 //! Bars of progress on standard error; nothing where that is no terminal.
 
+use std::time::Duration;
+
 use indicatif::{ProgressBar, ProgressStyle};
+
+/// How often spinners turn.
+pub(crate) const TICK: Duration = Duration::from_millis(100);
 
 /// A bar with how much of `length` is done, and how long the rest will take.
 pub(crate) fn bar(prefix: &'static str, length: u64, unit: &str) -> ProgressBar {
@@ -20,6 +25,14 @@ fn styled(prefix: &'static str, length: u64, shown: &str) -> ProgressBar {
     bar
 }
 
-pub(crate) fn style(template: &str) -> ProgressStyle {
+/// A spinner with a message, for something of unknown length. It turns once its ticks are enabled.
+pub(crate) fn spinner(prefix: &'static str) -> ProgressBar {
+    let bar = ProgressBar::new_spinner();
+    bar.set_style(style("{prefix:>10} {spinner} {msg}"));
+    bar.set_prefix(prefix);
+    bar
+}
+
+fn style(template: &str) -> ProgressStyle {
     ProgressStyle::with_template(template).unwrap_or_else(|_| ProgressStyle::default_bar())
 }

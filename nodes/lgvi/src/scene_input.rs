@@ -32,12 +32,16 @@ pub(crate) struct Loaded {
 impl SceneInput {
     /// Reads, changes and compiles the scene.
     pub(crate) fn load(&self) -> Result<Loaded, NodeError> {
-        self.load_with(&[])
+        self.load_with("", &[])
     }
 
-    /// The same with further changes.
-    pub(crate) fn load_with(&self, further: &[(String, String)]) -> Result<Loaded, NodeError> {
-        let (text, scene) = self.compile(further)?;
+    /// The same with further changes, which are those of an `option`.
+    pub(crate) fn load_with(
+        &self,
+        option: &str,
+        further: &[(String, String)],
+    ) -> Result<Loaded, NodeError> {
+        let (text, scene) = self.compile(option, further)?;
         if self.set.is_empty() && further.is_empty() {
             return Ok(Loaded {
                 scene,
@@ -58,10 +62,14 @@ impl SceneInput {
 
     /// The scene with further changes.
     pub(crate) fn with(&self, further: &[(String, String)]) -> Result<Scene, NodeError> {
-        Ok(self.compile(further)?.1)
+        Ok(self.compile("--vary", further)?.1)
     }
 
-    fn compile(&self, further: &[(String, String)]) -> Result<(String, Scene), NodeError> {
+    fn compile(
+        &self,
+        option: &str,
+        further: &[(String, String)],
+    ) -> Result<(String, Scene), NodeError> {
         let mut text = read_scene(&self.scene)?;
         let changes = || self.set.iter().chain(further);
         for (key, value) in &self.set {
@@ -69,7 +77,7 @@ impl SceneInput {
         }
         for (key, value) in further {
             text = set_key(&text, key, value)
-                .map_err(|error| NodeError::Input(format!("--vary {error}")))?;
+                .map_err(|error| NodeError::Input(format!("{option} {error}")))?;
         }
         // Lines and values that an error names are those after the changes.
         let scene = parse_scene(&self.scene, &text).map_err(|error| {

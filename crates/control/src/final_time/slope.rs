@@ -7,11 +7,14 @@ use crate::discrete::{
 use crate::problem::{Vector12, block};
 use crate::{Command, Dynamics, MAX_COMMANDS, Motion, Plan, Transfer, wheels};
 
-/// The exact derivative `dJ/dh` of a transfer's solution. By the envelope theorem it is the derivative of the
-/// Lagrangian by the step size at fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`, and what violations
-/// with a price cost per unit of time. Terminal conditions and other inequalities do not depend on the step size and do not contribute. Coordinates that follow the free flight do
-/// depend on it, and the planned coordinates depend on them. So does the orbit along which wheels
-/// turn a body, which is taken for that of a body that is not turned.
+/// The derivative `dJ/dh` of a transfer's solution. By the envelope theorem it is the derivative of the Lagrangian by the step size at
+/// fixed states, commands and multipliers: `Σ ½ wᵀ W w + λ · ∂Φ/∂h`, what violations with a price cost per unit of time, and `Σ y ∂g/∂h` of
+/// limits on the speeds of wheels. Coordinates that follow the free flight depend on the step size, and the planned coordinates depend
+/// on them.
+///
+/// # Assumptions and limitations
+/// Terminal conditions and other inequalities do not depend on the step size: those that move are neglected. The orbit along which
+/// wheels turn a body is that of the body as if it were not turned. Otherwise the derivative is exact.
 pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, DecouplingError> {
     if transfer.actuation.is_of_wheels() {
         let (stated, plan) = wheels::restated(transfer, plan);

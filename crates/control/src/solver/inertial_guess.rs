@@ -45,8 +45,7 @@ impl<C> Solver<'_, C> {
             })
         };
         let mut solved = |problem: &Transfer| {
-            Solver::new(Both::<6>, problem, &settings, &mut watch)
-                .solve(Start::Cold, Warmth::NEAREST)
+            Solver::new(Both::<6>, problem, &settings, &mut watch).solve(Start::Cold, Warmth::ONCE)
         };
         let found = match self.transfer.inequalities.on_states_in_phases() {
             Some(inequalities) => {

@@ -167,7 +167,7 @@ pub(crate) fn from_guess(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    let warmth = Warmth::NEAREST;
+    let warmth = Warmth::ONCE;
     by_class(transfer, Start::Warm(guess), warmth, settings, &mut observe)
 }
 

@@ -89,25 +89,30 @@ impl Standing {
 pub(crate) struct Warmth {
     /// True if a cold start follows where the plan leads to none.
     pub(super) again: bool,
-    /// The barrier parameter to begin with, relative to the share of the cost per inequality. Commands that are at their limits and are
-    /// to leave them take long where it is small; plans that are nearly infeasible are lost where it is not.
+    /// The barrier parameter to begin with where the plan's multipliers are known, relative to the share of the cost per inequality.
     pub(super) barrier: f64,
 }
 
 impl Warmth {
-    /// A plan of the same transfer, perhaps from another state.
+    /// Whether a cold start follows where the plan leads to none.
+    pub(crate) fn falls_back(&self) -> bool {
+        self.again
+    }
+
+    /// From any plan.
     pub(crate) const ANY: Self = Self {
         again: true,
         barrier: 1e-4,
     };
-    /// A plan of another transfer.
-    pub(crate) const NEAR: Self = Self {
+    /// The same, without a cold start.
+    pub(crate) const ONCE: Self = Self {
         again: false,
-        barrier: 1e-2,
+        ..Self::ANY
     };
-    /// A plan of another transfer that hardly differs.
-    pub(crate) const NEAREST: Self = Self {
-        again: false,
-        barrier: 1e-4,
+    /// From the plan of another final time, without a cold start. At the small parameter, commands take long to leave their limits;
+    /// at this one, plans that are nearly infeasible are not found.
+    pub(crate) const OTHER_TIME: Self = Self {
+        barrier: 1e-2,
+        ..Self::ONCE
     };
 }

@@ -82,7 +82,8 @@ pub(crate) fn solve(
         let kept = flight.check_speeds(transfer, &found.commands);
         if kept.is_err() && speeds.is_some() && imposed.is_none() {
             imposed = speeds.as_ref();
-            (orbit, plan, last) = (flight.positions(), None, f64::INFINITY);
+            plan = (!warmth.falls_back()).then_some(found);
+            (orbit, last) = (flight.positions(), f64::INFINITY);
             continue;
         }
         let apart = distance(&stated, &found, &flight);

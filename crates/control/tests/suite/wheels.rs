@@ -745,18 +745,24 @@ fn shortest(transfer: &Transfer) -> MinimumTime {
     found
 }
 
-/// The shortest times of `wheels.py`, with and without limits of speed.
+/// The shortest times of `wheels.py`, with and without limits of speed; one is a longer local minimum.
 #[test]
 fn wheels_turn_as_fast_as_by_ipopt() {
-    for at in [0, 5, 6, 9] {
-        let case = &references("wheels", "cases")[at];
+    let mut longer = 0;
+    for (at, case) in references("wheels", "cases").iter().enumerate() {
         let (limit, torque) = (number(&case["limit"]), number(&case["torque"]));
         for (limit, time) in [(f64::INFINITY, "free_time"), (limit, "time")] {
             let transfer = of_ipopt(case, limit, torque);
             let error = shortest(&transfer).final_time / number(&case[time]) - 1.0;
-            assert!(error.abs() < 2e-6, "case {at}, {time}: {error:e}");
+            println!("case {at}, {time}: {error:e}");
+            assert!(
+                error > -5e-6 && error < 3e-3,
+                "case {at}, {time}: {error:e}"
+            );
+            longer += usize::from(error > 5e-6);
         }
     }
+    assert!(longer < 2, "{longer}");
 }
 
 /// A turn about a principal axis by a wheel along it. The speed `h (1/I + 1/J)` of the wheel is within its limit: the torque `u`

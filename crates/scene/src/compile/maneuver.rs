@@ -143,10 +143,13 @@ pub(super) fn check_limits(scene: &Scene, transfer: &Transfer) -> Result<(), Sce
     };
     let loads =
         maneuver.actuation.commands() == LOADS.len() && maneuver.commands() == Commands::Loads;
-    let wheels = &scene.bodies[maneuver.body].wheels;
-    let name = match (LOADS.get(command), maneuver.commands()) {
-        (Some(name), _) if loads => (*name).to_string(),
-        (_, Commands::Wheels) => format!("the torque of wheel \"{}\"", wheels[command]),
+    if maneuver.commands() == Commands::Wheels {
+        let wheel = &scene.bodies[maneuver.body].wheels[command];
+        let expected = format!("one of wheel \"{wheel}\" beside `final_time.minimize = \"time\"`");
+        return Err(SceneError::missing("bodies.wheels.max_torque", expected));
+    }
+    let name = match LOADS.get(command) {
+        Some(name) if loads => (*name).to_string(),
         _ => format!("command {command}"),
     };
     Err(SceneError::Value {

@@ -557,7 +557,7 @@ fn what_does_not_fit_wheels_is_refused_with_its_key() {
         (
             &given("final_time = { min = 0.5, minimize = \"time\" }"),
             SECOND_WHEEL,
-            "without a limit of the torque of wheel",
+            "expected one of wheel \"second\" beside",
         ),
         ("commands = \"wheels\"", SECOND_WHEEL, "maneuver.motion"),
         (

@@ -1,8 +1,5 @@
 //! Steps that fit the shortest time of a maneuver.
 
-use std::time::Duration;
-
-use indicatif::ProgressBar;
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::{NodeError, complain};
 use lgvi_planner::Reason;
@@ -20,10 +17,8 @@ pub(super) fn fitted(
 ) -> Result<Loaded, NodeError> {
     let scene = &loaded.scene;
     let range = shortest(scene)?;
-    let bar = ProgressBar::new_spinner();
-    bar.set_style(bars::style("{prefix:>10} {spinner} {msg}"));
-    bar.set_prefix("fitting");
-    bar.enable_steady_tick(Duration::from_millis(100));
+    let bar = bars::spinner("fitting");
+    bar.enable_steady_tick(bars::TICK);
     let plan = lgvi_planner::plan(scene, &mut |now| {
         bar.set_message(format!("iteration {}", now.iteration));
         !shutdown.requested()
@@ -31,21 +26,30 @@ pub(super) fn fitted(
     bar.finish_and_clear();
     let plan = plan.map_err(|error| match error.reason {
         Reason::Cancelled => NodeError::Interrupted,
-        _ => NodeError::Input(format!("no plan for the maneuver: {error}")),
+        Reason::Refused => NodeError::Input(format!("no plan: {error}")),
+        _ => NodeError::Runtime(format!("no plan: {error}")),
     })?;
     let Some(duration) = plan.fitting_duration() else {
+        complain(&format_args!(
+            "lgvi: run.duration stays {}: {}",
+            scene.duration,
+            plan.remark()
+        ));
         return Ok(loaded);
     };
-    complain(&format_args!(
-        "lgvi: run.duration is {duration}, with which {} steps take the shortest time",
-        plan.arrival()
-    ));
     let longest = duration * (range.max_steps as f64 / scene.steps as f64);
     let changes = [
         ("run.duration", duration),
         ("maneuver.final_time.max", longest),
     ];
-    input.load_with(&changes.map(|(key, value)| (key.into(), format!("{value:?}"))))
+    let changes = changes.map(|(key, value)| (key.into(), format!("{value:?}")));
+    let fitted = input.load_with("--fit-duration", &changes)?;
+    complain(&format_args!(
+        "lgvi: run.duration is set to {duration}, from {}: {} steps nearly fit the shortest time",
+        scene.duration,
+        plan.arrival()
+    ));
+    Ok(fitted)
 }
 
 fn shortest(scene: &Scene) -> Result<FinalTime, NodeError> {

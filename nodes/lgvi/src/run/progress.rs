@@ -1,7 +1,5 @@
 //! What a person at a terminal sees while a flight is under way.
 
-use std::time::Duration;
-
 use indicatif::{MultiProgress, ProgressBar};
 use lgvi_common::PlanReport;
 use lgvi_middleware::node::complain;
@@ -20,11 +18,9 @@ pub(crate) struct Progress {
 impl Progress {
     pub(crate) fn new(scene: &Scene) -> Self {
         let all = MultiProgress::new();
-        let spinner = |prefix: &'static str| {
-            let bar = all.add(ProgressBar::new_spinner());
-            bar.set_style(bars::style("{prefix:>10} {spinner} {msg}"));
-            bar.set_prefix(prefix);
-            bar.enable_steady_tick(Duration::from_millis(100));
+        let spinner = |prefix| {
+            let bar = all.add(bars::spinner(prefix));
+            bar.enable_steady_tick(bars::TICK);
             bar
         };
         let plan = scene.maneuver.as_ref().map(|_| spinner("planning"));

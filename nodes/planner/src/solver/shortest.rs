@@ -289,7 +289,7 @@ mod tests {
         assert!(remark.contains("28.6"), "{remark}");
     }
 
-    /// Without gravity, IPOPT finds 55.2886 s in 40 steps of any length.
+    /// Without gravity, IPOPT finds 55.2886 s in 40 steps of any length (`shipped` of `tests/truth/wheels.json`).
     #[test]
     fn wheels_take_the_shortest_time_within_their_limits_of_speed() {
         let text = include_str!("../../../../scenes/wheel_slew_plan.toml")

@@ -156,7 +156,7 @@ fn refined(
         let final_time = (coarse.final_time * (1.0 + part)).min(fastest.range.longest);
         let path = retimed(&coarse.plan, final_time / coarse.plan.commands.len() as f64);
         let timed = fastest.at(final_time);
-        match solve_near(&timed, &path, Warmth::NEAREST, settings, &mut *observe) {
+        match solve_near(&timed, &path, Warmth::ONCE, settings, &mut *observe) {
             Ok(plan) => {
                 let first = Timed {
                     final_time,

@@ -41,8 +41,8 @@ pub struct MinimumTime {
 /// It is the limit `ε → 0` of the least `T + ε J`. Plans of least cost are followed to shorter final times, where
 /// `dJ/dT = −1/ε` tends to `−∞`. The first one is that of the transfer's own final time, or of the nearest end of the
 /// range, or of the longest if there is none. `T` of the last one is the shortest of the range, or exceeds by at most the
-/// tolerance the lower bound or a final time at which no plan was found near the last one, nor, where commands are one-sided, from a
-/// cold start.
+/// tolerance the lower bound or a final time at which no plan was found from this last one or, where commands are one-sided, from a cold
+/// start.
 ///
 /// # Assumptions and limitations
 /// The minimum is that of the family of plans that contains the first one; [`search_minimum_time`] compares several. The
@@ -170,13 +170,13 @@ impl<'t> Fastest<'t> {
         } = first;
         let mut slope = self.slope(final_time, &plan)?;
         approach.take(final_time, plan.cost, slope);
-        // The last final time without a plan from a cold start either, and whether cold starts find more.
+        // The last final time that was tried again without a plan, and whether cold starts find more.
         let (mut confirmed, mut cold) = (None, false);
         loop {
             let next = approach.next();
             let last = approach
                 .missed()
-                .filter(|missed| self.one_sided && confirmed != Some(*missed));
+                .filter(|missed| confirmed != Some(*missed));
             let Some(shorter) = next.or(last) else {
                 return Ok(MinimumTime {
                     plan,
@@ -195,7 +195,11 @@ impl<'t> Fastest<'t> {
             }
             solves += 1;
             let timed = self.at(shorter);
-            let near = next.map(|_| self.near(&timed, &plan, observe));
+            if next.is_none() {
+                confirmed = Some(shorter);
+            }
+            let tries = next.is_some() || !self.one_sided;
+            let near = tries.then(|| self.near(&timed, &plan, observe));
             let found = match near {
                 Some(found) if !(cold && found.as_ref().is_err_and(is_missing)) => found,
                 _ => {
@@ -230,8 +234,8 @@ impl<'t> Fastest<'t> {
     ) -> Result<Plan, PlanError> {
         let near = retimed(plan, timed.h);
         let mut from = |warmth| solve_near(timed, &near, warmth, self.settings, &mut *observe);
-        match from(Warmth::NEAR) {
-            Err(error) if is_missing(&error) && timed.h > CLOSE * plan.h => from(Warmth::NEAREST),
+        match from(Warmth::OTHER_TIME) {
+            Err(error) if is_missing(&error) && timed.h > CLOSE * plan.h => from(Warmth::ONCE),
             done => done,
         }
     }

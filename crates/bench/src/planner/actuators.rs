@@ -55,10 +55,7 @@ impl Drawn for Thrusted {
     }
 
     fn begun(&self, _: f64) -> (&Transfer, Result<Simulation, MethodError>) {
-        (
-            &self.transfer,
-            begun(&self.body, &self.transfer, self.transfer.h()),
-        )
+        begun(&self.body, &self.transfer, self.transfer.h())
     }
 
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
@@ -77,19 +74,11 @@ impl Drawn for Wheeled {
     }
 
     fn theirs(&self) -> Result<Stated<'_>, BenchError> {
-        let weights = &self.weights;
-        let commanded = Commanded::Wheels {
-            weights,
-            fastest: false,
-        };
-        Stated::of(&self.body, 0.0, &self.transfer, commanded)
+        stated(self, false)
     }
 
     fn begun(&self, _: f64) -> (&Transfer, Result<Simulation, MethodError>) {
-        (
-            &self.transfer,
-            begun(&self.body, &self.transfer, self.transfer.h()),
-        )
+        begun(&self.body, &self.transfer, self.transfer.h())
     }
 
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
@@ -124,18 +113,12 @@ impl Drawn for Fastest {
     }
 
     fn theirs(&self) -> Result<Stated<'_>, BenchError> {
-        let Wheeled { body, weights, .. } = &self.0;
-        let commanded = Commanded::Wheels {
-            weights,
-            fastest: true,
-        };
-        Stated::of(body, 0.0, &self.0.transfer, commanded)
+        stated(&self.0, true)
     }
 
     fn begun(&self, time: f64) -> (&Transfer, Result<Simulation, MethodError>) {
         let Wheeled { body, transfer, .. } = &self.0;
-        let h = time / transfer.intervals() as f64;
-        (transfer, begun(body, transfer, h))
+        begun(body, transfer, time / transfer.intervals() as f64)
     }
 
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
@@ -146,9 +129,21 @@ impl Drawn for Fastest {
 /// Relative tolerance of shortest times.
 const TOLERANCE: f64 = 1e-4;
 
-/// The flight of a transfer without gravity in steps of length `h`.
-fn begun(body: &RigidBody, transfer: &Transfer, h: f64) -> Result<Simulation, MethodError> {
+/// A turn by reaction wheels as it is stated to the peers.
+fn stated(turn: &Wheeled, fastest: bool) -> Result<Stated<'_>, BenchError> {
+    let weights = &turn.weights;
+    let commanded = Commanded::Wheels { weights, fastest };
+    Stated::of(&turn.body, 0.0, &turn.transfer, commanded)
+}
+
+/// A transfer, and its flight without gravity in steps of length `h`.
+fn begun<'t>(
+    body: &RigidBody,
+    transfer: &'t Transfer,
+    h: f64,
+) -> (&'t Transfer, Result<Simulation, MethodError>) {
     let system = System::new(vec![body.clone()], Vec::new());
     let method = Method::Lgvi(Rotor::Discrete);
-    Simulation::new(system, vec![*transfer.initial()], method, h)
+    let flight = Simulation::new(system, vec![*transfer.initial()], method, h);
+    (transfer, flight)
 }

@@ -141,13 +141,13 @@ pub(super) fn check_limits(scene: &Scene, transfer: &Transfer) -> Result<(), Sce
     let Some(command) = transfer.unlimited_command() else {
         return Ok(());
     };
-    let loads =
-        maneuver.actuation.commands() == LOADS.len() && maneuver.commands() == Commands::Loads;
     if maneuver.commands() == Commands::Wheels {
         let wheel = &scene.bodies[maneuver.body].wheels[command];
         let expected = format!("one of wheel \"{wheel}\" beside `final_time.minimize = \"time\"`");
         return Err(SceneError::missing("bodies.wheels.max_torque", expected));
     }
+    let loads =
+        maneuver.actuation.commands() == LOADS.len() && maneuver.commands() == Commands::Loads;
     let name = match LOADS.get(command) {
         Some(name) if loads => (*name).to_string(),
         _ => format!("command {command}"),

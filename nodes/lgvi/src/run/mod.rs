@@ -72,25 +72,18 @@ pub(crate) struct Options {
 
 /// Flies the scene and prints the summary.
 pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
-    let mut loaded = options.input.load()?;
+    let loaded = options.input.load()?;
     let bag = options.output.clone().unwrap_or_else(|| {
         let time = chrono::Local::now().format("%Y_%m_%d-%H_%M_%S");
         PathBuf::from(format!("flights/{}_{time}", loaded.scene.name))
     });
     let _alone = domain::lock(&options.input.scene, &bag)?;
     let shutdown = Shutdown::on_signals().map_err(NodeError::runtime)?;
-    if options.fit_duration {
-        loaded = match fitted::fitted(&options.input, loaded, &shutdown) {
-            Err(NodeError::Interrupted) => return Ok(ExitCode::from(flight::STOPPED)),
-            fitted => fitted?,
-        };
-    }
-    let Loaded { scene, file, .. } = &loaded;
-    let choice = match choose(scene, Some(&shutdown)) {
+    let (loaded, chosen) = match prepared(options, loaded, &shutdown) {
         Err(NodeError::Interrupted) => return Ok(ExitCode::from(flight::STOPPED)),
-        choice => choice?,
+        prepared => prepared?,
     };
-    let chosen = choice.map(|choice| Chosen::from(&choice).to_string());
+    let Loaded { scene, file, .. } = &loaded;
     let mut flown = flight::fly(options, scene, file, chosen.as_deref(), &bag, &shutdown)?;
     if !options.no_plot {
         flown.picture = picture(&flown);
@@ -104,6 +97,20 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
         }
     }
     Ok(flown.exit_code(&options.strictness))
+}
+
+/// The scene with its steps fitted if that is asked for, and the choice of an automatic integrator.
+fn prepared(
+    options: &Options,
+    mut loaded: Loaded,
+    shutdown: &Shutdown,
+) -> Result<(Loaded, Option<String>), NodeError> {
+    if options.fit_duration {
+        loaded = fitted::fitted(&options.input, loaded, shutdown)?;
+    }
+    let choice = choose(&loaded.scene, Some(shutdown))?;
+    let chosen = choice.map(|choice| Chosen::from(&choice).to_string());
+    Ok((loaded, chosen))
 }
 
 /// Draws a finished flight. If that fails, it only warns: the bag is there.

@@ -252,6 +252,13 @@ impl<const X: usize, const U: usize> Policy<X, U> {
         self.constant.data.0 = transposed(&constant);
     }
 
+    /// `−Q_vv⁻¹ slope`
+    pub(crate) fn answer(&self, slope: &SVector<f64, U>) -> SVector<f64, U> {
+        let mut answer = (-slope).transpose().data.0;
+        solve(&self.factor, &mut answer);
+        SVector::from_fn(|i, _| answer[i][0])
+    }
+
     /// Adds a multiple of the part of the stage, `−Nᵀ Q_vv N`, to the Gram matrix M of the cost to go.
     pub(crate) fn add_gram(&self, gram: &mut SMatrix<f64, X, X>, times: f64) {
         for u in 0..U {

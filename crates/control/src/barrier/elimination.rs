@@ -5,7 +5,7 @@ use super::fuel::Fuel;
 use super::position::PositionCosts;
 use super::row::Row;
 use super::set::{Barrier, StateRow, in_interval};
-use crate::newton::{Inequalities, Satisfied};
+use crate::newton::{Explicit, Inequalities, Satisfied};
 use crate::riccati::StageModel;
 
 /// The largest part of the distance to 0 or ρ that a multiplier covers in one step, and of its slack that an inequality does.
@@ -337,6 +337,24 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
     fn by_step_size(&self, commands: &[SVector<f64, U>]) -> f64 {
         let wheels = self.wheels.as_ref();
         wheels.map_or(0.0, |wheels| wheels.by_step_size(commands))
+    }
+
+    fn by_step_size_in(
+        &mut self,
+        interval: usize,
+        command: &SVector<f64, U>,
+        changes: (&SVector<f64, X>, &SVector<f64, U>),
+    ) -> Explicit<X, U> {
+        match &mut self.wheels {
+            Some(wheels) => wheels.by_step_size_in(interval, command, changes),
+            None => Explicit::default(),
+        }
+    }
+
+    fn set_step_size(&mut self, h: f64, change: f64) {
+        if let Some(wheels) = &mut self.wheels {
+            wheels.set_step_size(h, change);
+        }
     }
 
     fn tighten(&mut self, error: f64) -> bool {

@@ -4,6 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use super::penalty::Penalty;
 use super::row::Row;
 use super::violation::Violation;
+use crate::newton::Explicit;
 use crate::problem::{InequalitySet, WheelSpeed};
 use crate::riccati::StageModel;
 use crate::{MAX_COMMANDS, Transfer};
@@ -16,6 +17,10 @@ pub(super) struct WheelSpeeds<const X: usize, const U: usize> {
     limits: Vec<Limit<X, U>>,
     /// A row for each interval and limit, unless the motor is off.
     rows: Vec<Option<Row>>,
+    /// `∂g/∂h` of each row, once it is asked for.
+    by_size: Vec<f64>,
+    /// The change of the step size along the direction.
+    change: f64,
 }
 
 /// `g = ±p/limit − 1`, linear.
@@ -61,6 +66,8 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
             h: transfer.h,
             rows: rows.collect(),
             limits,
+            by_size: Vec::new(),
+            change: 0.0,
         })
     }
 
@@ -146,9 +153,55 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
         v: &SVector<f64, U>,
         mut take: impl FnMut(&mut Row, f64),
     ) {
-        for (limit, row) in self.each_mut(interval) {
-            take(row, limit.by_state.dot(start) + limit.by_command.dot(v));
+        let first = interval * self.limits.len();
+        let all = self.limits.iter().zip(&mut self.rows[first..]);
+        for (at, (limit, row)) in all.enumerate() {
+            let Some(row) = row else { continue };
+            let mut slope = limit.by_state.dot(start) + limit.by_command.dot(v);
+            if self.change != 0.0 {
+                slope += self.change * self.by_size[first + at];
+            }
+            take(row, slope);
         }
+    }
+
+    /// Sets the step size, and its change along the direction.
+    pub(super) fn set_step_size(&mut self, h: f64, change: f64) {
+        for limit in &mut self.limits {
+            limit.by_command *= h / self.h;
+        }
+        (self.h, self.change) = (h, change);
+    }
+
+    /// What the limits add to the model of an interval as they depend on the step size.
+    pub(super) fn by_step_size_in(
+        &mut self,
+        interval: usize,
+        command: &SVector<f64, U>,
+        (state_change, command_change): (&SVector<f64, X>, &SVector<f64, U>),
+    ) -> Explicit<X, U> {
+        let mut sum = Explicit::default();
+        let first = interval * self.limits.len();
+        self.by_size.resize(self.rows.len(), 0.0);
+        let all = self.limits.iter().zip(&self.rows[first..]);
+        for (at, (limit, row)) in all.enumerate() {
+            let Some(row) = row else { continue };
+            let Limit {
+                by_state,
+                by_command,
+                ..
+            } = limit;
+            let own = by_command.dot(command) / self.h;
+            let by_change = by_command.dot(command_change);
+            let along = by_state.dot(state_change) + by_change;
+            let y = row.multiplier / self.h;
+            self.by_size[first + at] = own;
+            sum.state += (row.weight * own) * by_state;
+            sum.command += (row.weight * own + y) * by_command;
+            sum.once += row.primal * own;
+            sum.twice += row.weight * own * (own + 2.0 * along) + 2.0 * y * by_change;
+        }
+        sum
     }
 
     /// The penalty of an interval.

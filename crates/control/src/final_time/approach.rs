@@ -11,7 +11,7 @@ pub(super) struct Approach {
     rate: f64,
     /// Final times with a plan and their slopes, the shortest last.
     found: Vec<[f64; 2]>,
-    /// The greatest lower bound of `T*` that the slopes give.
+    /// The greatest lower bound of `T*`.
     bound: f64,
     /// The longest final time, shorter than that of all plans, at which none was found.
     missed: Option<f64>,
@@ -51,9 +51,14 @@ impl Approach {
         self.found.push([final_time, slope]);
         if slope < 0.0 {
             let meet = (cost - slope * final_time) / (self.rate - slope);
-            self.bound = self.bound.max(meet.min(final_time));
+            self.prove(meet.min(final_time));
         }
         self.missed = self.missed.filter(|missed| *missed < final_time);
+    }
+
+    /// Takes a lower bound of `T*`.
+    pub(super) fn prove(&mut self, bound: f64) {
+        self.bound = self.bound.max(bound);
     }
 
     /// Notes that no plan was found at a final time.
@@ -61,7 +66,7 @@ impl Approach {
         self.missed = Some(final_time);
     }
 
-    /// The greatest lower bound of `T*` that a slope has given, or 0.
+    /// The greatest lower bound of `T*`, or 0.
     pub(super) fn bound(&self) -> f64 {
         self.bound
     }

@@ -3,6 +3,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
+use super::step_size::Explicit;
 use crate::riccati::StageModel;
 
 /// The terminal set: conditions `c(s_N) = 0` on the last state.
@@ -138,6 +139,20 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     fn by_step_size(&self, _commands: &[SVector<f64, U>]) -> f64 {
         0.0
     }
+
+    /// What inequalities that depend on the step size add to the model of an interval with this command, where the state at its start and
+    /// the command change with the step size as given.
+    fn by_step_size_in(
+        &mut self,
+        _interval: usize,
+        _command: &SVector<f64, U>,
+        _changes: (&SVector<f64, X>, &SVector<f64, U>),
+    ) -> Explicit<X, U> {
+        Explicit::default()
+    }
+
+    /// Sets the step size, and its change along the direction.
+    fn set_step_size(&mut self, _h: f64, _change: f64) {}
 
     /// Lowers β if the subproblem with the current β is solved to `error`. Returns `false` if nothing changed.
     fn tighten(&mut self, error: f64) -> bool;

@@ -129,6 +129,29 @@ const WORTHLESS: f64 = 2.0 * REUSED;
 /// Stationarity below which a model may be reused after a full step.
 const CLOSE: f64 = REUSED;
 
+impl ModelSettings {
+    /// Damps more after a step that was cut, and less after one that was not.
+    pub(crate) fn damp_after(&mut self, standing: &Standing) {
+        if standing.cut {
+            self.damping = (self.damping * RAISE).max(DAMPINGS[0]);
+        } else {
+            self.damping /= LOWER;
+            if self.damping < DAMPINGS[0] {
+                self.damping = 0.0;
+            }
+        }
+    }
+
+    /// Damps more after no step was found. Returns false if that is no use.
+    pub(crate) fn damp_more(&mut self) -> bool {
+        let more = self.damping < DAMPINGS[1];
+        if more {
+            self.damping = (self.damping * RAISE * RAISE).max(DAMPINGS[0] * RAISE);
+        }
+        more
+    }
+}
+
 impl<const X: usize, const U: usize> Newton<X, U> {
     pub(crate) fn new(intervals: usize, iterate: Iterate<X, U>) -> Self {
         Self::with_model(Model::new(intervals), iterate)
@@ -289,17 +312,8 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                 }
                 settings.curvature = 1.0;
                 settings.gains = Some(f64::INFINITY);
-                if standing.cut {
-                    settings.damping = (settings.damping * RAISE).max(DAMPINGS[0]);
-                } else {
-                    settings.damping /= LOWER;
-                    if settings.damping < DAMPINGS[0] {
-                        settings.damping = 0.0;
-                    }
-                }
-            } else if settings.damping < DAMPINGS[1] {
-                settings.damping = (settings.damping * RAISE * RAISE).max(DAMPINGS[0] * RAISE);
-            } else {
+                settings.damp_after(standing);
+            } else if !settings.damp_more() {
                 return Ended::Stuck;
             }
         }
@@ -314,7 +328,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
 
     /// Solves the exact model with as much augmentation as makes it convex. If that fails, solves the Gauss–Newton
     /// model, damped if necessary.
-    fn model_convex<S, E, Q>(
+    pub(crate) fn model_convex<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
@@ -349,7 +363,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         }
     }
 
-    pub(super) fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
+    pub(crate) fn measure<S, E>(&self, problem: &Problem<'_, S, E, X, U>, standing: &mut Standing) {
         let weight = problem.h * problem.weight;
         standing.cost = 0.0;
         standing.violation = self.model.terminal(&self.model.miss);

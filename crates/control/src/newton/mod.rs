@@ -11,11 +11,13 @@ mod model;
 mod neighbor;
 mod problem;
 mod search;
+mod step_size;
 mod trial;
 
 pub(crate) use body_frame::BodyFrame;
 pub(crate) use conditions::{Ending, Inequalities, Satisfied, Unconstrained};
 pub(crate) use iteration::{AUGMENTATIONS, Closeness, Ended, Newton, REUSED, Standing, Tolerances};
-pub(crate) use model::ModelSettings;
+pub(crate) use model::{ModelError, ModelSettings};
 pub(crate) use neighbor::Policies;
 pub(crate) use problem::{Iterate, Problem, strictness};
+pub(crate) use step_size::{Beside, Explicit};

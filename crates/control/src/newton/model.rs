@@ -3,6 +3,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::conditions::{Ending, Inequalities};
 use super::problem::{Iterate, Problem};
+use super::step_size::{Interval, StepSize};
 use crate::discrete::{Curvature, DiscreteDynamics, Inputs, Linearization};
 use crate::riccati::{CostToGo, EndModel, NotConvex, Policy, Stage, StageModel};
 
@@ -43,6 +44,8 @@ pub(crate) struct Model<const X: usize, const U: usize> {
     pub(crate) has_gains: bool,
     /// The cost to go from the start.
     pub(crate) start: CostToGo<X>,
+    /// How the model depends on the step size, if that is to be found.
+    pub(crate) step_size: StepSize<X, U>,
     /// Largest component of `h W w + Bᵀ λ + Σ y ∂g/∂w`, in [`Problem::command_units`].
     pub(crate) stationarity: f64,
     /// Largest component of any of its terms, in the same units.
@@ -86,6 +89,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 jacobian: SMatrix::zeros(),
                 residual: SVector::zeros(),
             }),
+            step_size: StepSize::new(),
             stationarity: f64::INFINITY,
             largest: 0.0,
             stage: StageModel::zeros(),
@@ -132,6 +136,9 @@ impl<const X: usize, const U: usize> Model<X, U> {
         self.stationarity = 0.0;
         self.largest = inequalities.price(&problem.command_units);
         let weight = problem.h * problem.weight;
+        if problem.beside.is_some() {
+            self.step_size.begin(last);
+        }
         let stage = &mut self.stage;
         for k in (0..last).rev() {
             let (state, command) = (&iterate.states[k], &iterate.commands[k]);
@@ -199,6 +206,22 @@ impl<const X: usize, const U: usize> Model<X, U> {
                 );
                 costate += inequalities.state_force(k - 1, state);
             }
+            let by_step_size = match &problem.beside {
+                None => None,
+                Some(beside) => {
+                    let interval = Interval {
+                        k,
+                        iterate,
+                        costate: &self.costates[k],
+                        model: stage,
+                        dynamics,
+                        inputs: &self.inputs,
+                    };
+                    let step_size = &mut self.step_size;
+                    let entered = step_size.enter(problem, beside, inequalities, &interval, &cost);
+                    Some(entered.map_err(|source| ModelError::Step { step: k, source })?)
+                }
+            };
             let whole = Stage {
                 model: stage,
                 step: dynamics,
@@ -206,6 +229,9 @@ impl<const X: usize, const U: usize> Model<X, U> {
             };
             cost.sweep(whole, &mut self.policies[k])
                 .map_err(|NotConvex| ModelError::NotConvex { stage: k })?;
+            if let Some(slope) = by_step_size {
+                self.step_size.leave(k, &self.policies[k], &slope);
+            }
             if settings
                 .gains
                 .is_some_and(|bound| self.stationarity > bound * self.largest)
@@ -281,6 +307,18 @@ impl<const X: usize, const U: usize> Model<X, U> {
 }
 
 impl<const X: usize, const U: usize> Model<X, U> {
+    /// What defects and misses are worth, with multipliers `nu` of the terminal conditions.
+    pub(crate) fn violated(&self, nu: &SVector<f64, X>) -> f64 {
+        let defects = self.costates.iter().zip(&self.defects);
+        let each = defects.map(|(costate, defect)| costate.abs().dot(&defect.abs()));
+        each.sum::<f64>() + nu.abs().dot(&self.miss.abs())
+    }
+
+    /// [`StepSize::reduced`]
+    pub(crate) fn reduced(&self) -> Option<([f64; 2], [SVector<f64, X>; 2])> {
+        self.step_size.reduced(&self.start)
+    }
+
     /// The norm of a terminal miss, as it is compared with the tolerance.
     pub(crate) fn terminal(&self, miss: &SVector<f64, X>) -> f64 {
         self.strictness.component_mul(miss).norm()

@@ -3,6 +3,7 @@ use nalgebra::{SMatrix, SVector};
 
 use super::body_frame::BodyFrame;
 use super::conditions::Ending;
+use super::step_size::Beside;
 
 /// A discrete optimal control problem of `X` coordinates and `U` commands, as the Newton iteration sees it.
 pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
@@ -14,6 +15,8 @@ pub(crate) struct Problem<'p, S, E, const X: usize, const U: usize> {
     pub(crate) initial: BodyState,
     /// `h`
     pub(crate) h: f64,
+    /// Steps of other sizes, if the step size is to be found.
+    pub(crate) beside: Option<Beside<'p, S>>,
     /// `N`
     pub(crate) intervals: usize,
     /// `W` of the cost `Σ (h/2) wᵀ W w`.

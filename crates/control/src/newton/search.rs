@@ -27,8 +27,32 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         E: Ending<X>,
         Q: Inequalities<X, U>,
     {
+        let step = |newton: &mut Self,
+                    inequalities: &mut Q,
+                    standing: &mut Standing,
+                    [length, wanted]: [f64; 2]| {
+            newton.step(problem, inequalities, length, wanted, standing)
+        };
+        self.search_by(problem, inequalities, standing, 0.0, step)
+    }
+
+    /// Tries shorter and shorter steps until `step` succeeds, which takes a length and the merit that is wanted. The merit has the slope
+    /// `beside` beside those of commands and inequalities.
+    pub(crate) fn search_by<S, E, Q>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        inequalities: &mut Q,
+        standing: &mut Standing,
+        beside: f64,
+        mut step: impl FnMut(&mut Self, &mut Q, &mut Standing, [f64; 2]) -> bool,
+    ) -> bool
+    where
+        S: DiscreteDynamics<X, U>,
+        E: Ending<X>,
+        Q: Inequalities<X, U>,
+    {
         let weight = problem.h * problem.weight;
-        let mut slope = inequalities.slope();
+        let mut slope = inequalities.slope() + beside;
         for (command, v) in self.iterate.commands.iter().zip(&self.direction.commands) {
             slope += v.dot(&(weight * command));
         }
@@ -54,7 +78,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         let rounding = 1e-10 * (now.objective.abs() + now.violation);
         while length >= SHORTEST * room {
             let wanted = now.total() + ARMIJO * length * predicted.min(0.0) + rounding;
-            if self.step(problem, inequalities, length, wanted, standing) {
+            if step(self, inequalities, standing, [length, wanted]) {
                 std::mem::swap(&mut self.iterate, &mut self.spare);
                 inequalities.advance(reach);
                 standing.length = length;
@@ -68,7 +92,7 @@ impl<const X: usize, const U: usize> Newton<X, U> {
 
     /// Tries a step of this length, flown first, then with its terminal miss corrected, then straight. Returns true if
     /// the merit falls to `wanted`.
-    fn step<S, E, Q>(
+    pub(crate) fn step<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &Q,

@@ -72,6 +72,32 @@ impl<const X: usize, const U: usize> Direction<X, U> {
             inequalities.direct(k, &start, &z, &v);
         }
     }
+
+    /// [`Direction::solve`] for the change `eta` of the step size and multipliers `nu`, from an iterate with steps of the size `h`.
+    pub(crate) fn solve_with_step_size(
+        &mut self,
+        model: &Model<X, U>,
+        (eta, h): (f64, f64),
+        nu: SVector<f64, X>,
+        from: &Iterate<X, U>,
+        inequalities: &mut impl Inequalities<X, U>,
+    ) {
+        self.nu = nu;
+        inequalities.set_step_size(h, eta);
+        let mut z = SVector::zeros();
+        for (k, policy) in model.policies.iter().enumerate() {
+            let (defect, answer) = model.step_size.answer(k);
+            let v = policy.command(&z, &nu) + eta * answer;
+            let start = z + eta * model.step_size.along(k);
+            z = model.dynamics[k].forward(&model.inputs, &z, &v);
+            z += model.defects[k] + eta * defect;
+            self.commands[k] = v;
+            self.states[k + 1] = z;
+            let end = z + eta * model.step_size.along(k + 1);
+            let whole = v - (2.0 * eta / h) * from.commands[k];
+            inequalities.direct(k, &start, &end, &whole);
+        }
+    }
 }
 
 /// The way in which a trial point is made.

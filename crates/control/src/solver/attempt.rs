@@ -123,6 +123,7 @@ impl<'s, C> Solver<'s, C> {
             ending: self.class.ending(view),
             initial: view.initial,
             h: view.h,
+            beside: None,
             intervals: view.intervals,
             weight: self.weight(view, metric),
             command_metric: metric,

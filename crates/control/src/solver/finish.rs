@@ -238,7 +238,7 @@ impl<C> Solver<'_, C> {
     }
 
     /// The plan of an iterate without defects, without feedback, multipliers and certificate.
-    fn assembled<const X: usize, const U: usize>(&self, iterate: Iterate<X, U>) -> Plan
+    pub(super) fn assembled<const X: usize, const U: usize>(&self, iterate: Iterate<X, U>) -> Plan
     where
         C: Class<X, U>,
     {

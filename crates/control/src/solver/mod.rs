@@ -13,6 +13,7 @@ mod drifted;
 mod error;
 mod finish;
 mod first;
+mod free_time;
 mod fuel;
 mod inertial_guess;
 mod neighboring;
@@ -27,6 +28,7 @@ mod warm;
 pub(crate) use between::{Margin, Reached, TOLERANCE as BETWEEN};
 pub(crate) use crest::highest;
 pub use error::PlanError;
+pub(crate) use free_time::{TimePrice, TimedPath};
 pub(crate) use progress::Warmth;
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
@@ -191,6 +193,68 @@ fn by_class(
         Motion::Rotation => {
             let class = Rotation::of(actuation)?;
             coupling::half(&class, transfer, start, warmth, settings, observe)
+        }
+    }
+}
+
+/// Minimizes the cost of a plan and of its time, from a plan. A half of the motion is planned beside the free flight of the other half.
+pub(crate) fn with_free_time(
+    transfer: &Transfer,
+    plan: &Plan,
+    price: &TimePrice,
+    settings: &NewtonSettings,
+    mut observe: impl FnMut(&Progress) -> bool,
+) -> Result<TimedPath, PlanError> {
+    if transfer.actuation.is_of_wheels() {
+        return wheels::with_free_time(transfer, plan, price, settings, &mut observe);
+    }
+    let units = Units::of(transfer);
+    let own = units.transfer(transfer)?;
+    let plan = units.enter(plan);
+    let price = TimePrice {
+        rate: price.rate * units.time() / units.cost(),
+        ..*price
+    };
+    let mut observe = |now: &Progress| observe(&units.leave_progress(now));
+    let timed = timed_by_class(&own, &plan, &price, settings, &mut observe);
+    timed
+        .map(|timed| TimedPath {
+            plan: units.leave(timed.plan),
+            bound: timed.bound.map(|bound| units.cost() * bound),
+        })
+        .map_err(|error| units.leave_error(error))
+}
+
+fn timed_by_class(
+    transfer: &Transfer,
+    plan: &Plan,
+    price: &TimePrice,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<TimedPath, PlanError> {
+    let actuation = &transfer.actuation;
+    let few = actuation.commands() <= FEW;
+    match transfer.motion {
+        _ if transfer.orbit.is_some() && actuation.commands() <= SPINNING => {
+            Solver::new(Spinning::<SPINNING>, transfer, settings, observe)
+                .with_free_time(plan, price)
+        }
+        _ if transfer.orbit.is_some() => {
+            Solver::new(Spinning::<MAX_COMMANDS>, transfer, settings, observe)
+                .with_free_time(plan, price)
+        }
+        Motion::Full if few => {
+            Solver::new(Both::<FEW>, transfer, settings, observe).with_free_time(plan, price)
+        }
+        Motion::Full => Solver::new(Both::<MAX_COMMANDS>, transfer, settings, observe)
+            .with_free_time(plan, price),
+        Motion::Translation => {
+            let class = Translation::of(actuation)?;
+            Solver::new(class, transfer, settings, observe).with_free_time(plan, price)
+        }
+        Motion::Rotation => {
+            let class = Rotation::of(actuation)?;
+            Solver::new(class, transfer, settings, observe).with_free_time(plan, price)
         }
     }
 }

@@ -17,7 +17,10 @@ use nalgebra::{SVector, Vector3};
 
 use crate::multistart::{resolved, search_stated};
 use crate::problem::block;
-use crate::solver::{NewtonSettings, PlanError, Progress, Start, Warmth, solve_near, solve_stated};
+use crate::solver::{
+    self, NewtonSettings, PlanError, Progress, Start, TimePrice, TimedPath, Warmth, solve_near,
+    solve_stated,
+};
 use crate::units::Units;
 use crate::{
     Certificate, Command, Dynamics, Minimum, Motion, Place, Plan, SearchSettings, Transfer,
@@ -106,6 +109,22 @@ pub(crate) fn solve(
         orbit = flight.positions();
         plan = Some(found);
     }
+}
+
+/// [`crate::solver::with_free_time`] for a transfer by wheels, along the orbit of the plan, under the limits of speeds.
+pub(crate) fn with_free_time(
+    transfer: &Transfer,
+    plan: &Plan,
+    price: &TimePrice,
+    settings: &NewtonSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<TimedPath, PlanError> {
+    let (stated, mut plan) = restated(transfer, plan);
+    if let Some(speeds) = Speeds::of(transfer) {
+        plan = speeds.entered(transfer, plan);
+    }
+    let timed = solver::with_free_time(&stated, &plan, price, settings, observe);
+    timed.map_err(|error| left_error(transfer, error))
 }
 
 /// How far the end of a plan's flight may be from that of the plan: by the tolerance, by what the plan itself misses, or by

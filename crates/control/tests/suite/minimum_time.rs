@@ -147,9 +147,11 @@ fn an_odd_number_of_steps_takes_a_little_longer_by_the_square_of_the_step() {
             "{} for {exact}",
             found.final_time
         );
-        assert!(found.lower_bound < exact * (1.0 + 1e-9));
-        let missed = found.not_found.expect("a shorter time without a plan");
-        assert!(missed < exact && missed > exact * (1.0 - 2e-6), "{missed}");
+        let bound = found.lower_bound;
+        assert!(
+            bound < exact * (1.0 + 1e-9) && bound > exact * (1.0 - 2e-6),
+            "{bound}"
+        );
     }
 }
 
@@ -379,12 +381,20 @@ fn what_has_no_minimum_and_no_range_is_refused() {
 
 #[test]
 fn whoever_stops_it_gets_the_fastest_plan_so_far() {
-    let transfer = line_under_norm(40, 8.0);
+    // Nothing proves that this one is the fastest, so that faster ones are looked for once it is found.
+    let limit = components(Place::Attitude, [1.0; 3]);
+    let transfer = turn([1.0; 3], 40, 8.0, PI * Vector3::z(), limit);
     let settings = NewtonSettings::default();
+    let mut all = 0;
+    let count = |_: &_| {
+        all += 1;
+        true
+    };
+    solve_minimum_time(&transfer, &RANGE, Start::Cold, &settings, count).expect("a plan");
     let mut seen = 0;
     let watch = |_: &_| {
         seen += 1;
-        seen < 40
+        seen < all
     };
     let error =
         solve_minimum_time(&transfer, &RANGE, Start::Cold, &settings, watch).expect_err("stopped");

@@ -1,4 +1,5 @@
 mod families;
+mod leap;
 
 use super::approach::Approach;
 use super::{FinalTimeError, MOST, ceiling, check_range, is_missing, retimed, slope};
@@ -83,6 +84,19 @@ struct Timed {
     solves: u32,
 }
 
+impl Timed {
+    /// The error of the solver at another final time, with this plan if somebody stopped it.
+    fn failed(&self, final_time: f64, error: PlanError) -> FinalTimeError {
+        match error {
+            PlanError::Stopped { .. } => {
+                let best = Some(Box::new(self.plan.clone()));
+                failed(self.final_time, PlanError::Stopped { best })
+            }
+            error => failed(final_time, error),
+        }
+    }
+}
+
 impl<'t> Fastest<'t> {
     fn new(
         transfer: &'t Transfer,
@@ -163,13 +177,18 @@ impl<'t> Fastest<'t> {
         observe: &mut dyn FnMut(&Progress) -> bool,
     ) -> Result<MinimumTime, FinalTimeError> {
         let mut approach = Approach::new(self.range.shortest, self.range.tolerance, self.rate);
-        let Timed {
-            mut final_time,
-            mut plan,
-            mut solves,
-        } = first;
-        let mut slope = self.slope(final_time, &plan)?;
-        approach.take(final_time, plan.cost, slope);
+        let mut now = first;
+        let mut slope = self.slope(&now)?;
+        approach.take(now.final_time, now.plan.cost, slope);
+        if let Some(leap) = self.leap(&now, observe)? {
+            approach.prove(leap.bound);
+            now.solves += leap.solves;
+            if let Some(found) = leap.found {
+                (now.final_time, now.plan) = found;
+                slope = self.slope(&now)?;
+                approach.take(now.final_time, now.plan.cost, slope);
+            }
+        }
         // The last final time that was tried again without a plan, and whether cold starts find more.
         let (mut confirmed, mut cold) = (None, false);
         loop {
@@ -179,27 +198,27 @@ impl<'t> Fastest<'t> {
                 .filter(|missed| confirmed != Some(*missed));
             let Some(shorter) = next.or(last) else {
                 return Ok(MinimumTime {
-                    plan,
-                    final_time,
+                    plan: now.plan,
+                    final_time: now.final_time,
                     lower_bound: approach.bound(),
                     not_found: approach.missed(),
-                    solves,
+                    solves: now.solves,
                 });
             };
-            if solves == MOST {
+            if now.solves == MOST {
                 return Err(FinalTimeError::NotConverged {
-                    solves,
-                    final_time,
+                    solves: now.solves,
+                    final_time: now.final_time,
                     slope,
                 });
             }
-            solves += 1;
+            now.solves += 1;
             let timed = self.at(shorter);
             if next.is_none() {
                 confirmed = Some(shorter);
             }
             let tries = next.is_some() || !self.one_sided;
-            let near = tries.then(|| self.near(&timed, &plan, observe));
+            let near = tries.then(|| self.near(&timed, &now.plan, observe));
             let found = match near {
                 Some(found) if !(cold && found.as_ref().is_err_and(is_missing)) => found,
                 _ => {
@@ -211,16 +230,12 @@ impl<'t> Fastest<'t> {
             };
             match found {
                 Ok(found) => {
-                    (final_time, plan) = (shorter, found);
-                    slope = self.slope(final_time, &plan)?;
-                    approach.take(final_time, plan.cost, slope);
+                    (now.final_time, now.plan) = (shorter, found);
+                    slope = self.slope(&now)?;
+                    approach.take(now.final_time, now.plan.cost, slope);
                 }
                 Err(error) if is_missing(&error) => approach.miss(shorter),
-                Err(PlanError::Stopped { .. }) => {
-                    let best = Some(Box::new(plan));
-                    return Err(failed(final_time, PlanError::Stopped { best }));
-                }
-                Err(error) => return Err(failed(shorter, error)),
+                Err(error) => return Err(now.failed(shorter, error)),
             }
         }
     }
@@ -241,8 +256,9 @@ impl<'t> Fastest<'t> {
     }
 
     /// `dJ/dT`
-    fn slope(&self, final_time: f64, plan: &Plan) -> Result<f64, FinalTimeError> {
-        Ok(slope::by_step(&self.at(final_time), plan)? / self.transfer.intervals as f64)
+    fn slope(&self, at: &Timed) -> Result<f64, FinalTimeError> {
+        let slope = slope::by_step(&self.at(at.final_time), &at.plan)?;
+        Ok(slope / self.transfer.intervals as f64)
     }
 }
 

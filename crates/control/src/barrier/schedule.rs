@@ -37,8 +37,9 @@ pub(super) struct Measure {
     pub(super) priced: f64,
     /// Sum of what all `g > 0` with a price cost.
     pub(super) paid: f64,
-    /// Largest `y s`.
+    /// Largest `y s`, and their sum.
     pub(super) product: f64,
+    pub(super) products: f64,
     /// Largest rounding error of `y s`.
     pub(super) noise: f64,
 }
@@ -55,6 +56,7 @@ impl Measure {
             self.violation = self.violation.max(row.value);
         }
         self.product = self.product.max(row.product);
+        self.products += row.product;
         self.noise = self.noise.max(row.multiplier * rounding);
     }
 }

@@ -364,6 +364,12 @@ impl<const X: usize, const U: usize> Barrier<X, U> {
         worst
     }
 
+    /// The sum of the products of slack and multiplier, if each is that of the barrier or at most twice as large.
+    pub(crate) fn products(&self) -> Option<f64> {
+        let now = self.measure();
+        (now.gap <= self.schedule.penalty.beta).then_some(now.products)
+    }
+
     /// The largest violation of the current iterate, or `None` if it is within the tolerance.
     pub(crate) fn violated(&self) -> Option<Violation> {
         let commands = self.command_rows.iter().map(|(row, _)| row.value);

@@ -49,6 +49,10 @@ impl Approach {
             .last()
             .map_or(f64::INFINITY, |[last, _]| last - self.low());
         self.found.push([final_time, slope]);
+        if final_time < self.bound {
+            // `J` is not convex.
+            self.bound = 0.0;
+        }
         if slope < 0.0 {
             let meet = (cost - slope * final_time) / (self.rate - slope);
             self.prove(meet.min(final_time));

@@ -63,7 +63,7 @@ pub(super) fn by_step(transfer: &Transfer, plan: &Plan) -> Result<f64, Decouplin
 
 /// True if all coordinates were planned. A half that is planned beside the free flight of the other half has no
 /// multipliers for the other half.
-fn is_whole(motion: Motion, plan: &Plan) -> bool {
+pub(super) fn is_whole(motion: Motion, plan: &Plan) -> bool {
     let other = match motion {
         Motion::Full => return true,
         Motion::Translation => 6,

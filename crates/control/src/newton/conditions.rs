@@ -141,7 +141,7 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
     }
 
     /// What inequalities that depend on the step size add to the model of an interval with this command, where the state at its start and
-    /// the command change with the step size as given.
+    /// the command change with the step size as given. Follows [`Inequalities::add_joint`].
     fn by_step_size_in(
         &mut self,
         _interval: usize,

@@ -136,8 +136,8 @@ impl<const X: usize, const U: usize> Model<X, U> {
         self.stationarity = 0.0;
         self.largest = inequalities.price(&problem.command_units);
         let weight = problem.h * problem.weight;
-        if problem.beside.is_some() {
-            self.step_size.begin(last);
+        if let Some(beside) = &problem.beside {
+            self.step_size.begin(last, beside);
         }
         let stage = &mut self.stage;
         for k in (0..last).rev() {
@@ -212,7 +212,7 @@ impl<const X: usize, const U: usize> Model<X, U> {
                     let interval = Interval {
                         k,
                         iterate,
-                        costate: &self.costates[k],
+                        costate: curvature * self.costates[k],
                         model: stage,
                         dynamics,
                         inputs: &self.inputs,

@@ -33,17 +33,17 @@ impl<const X: usize, const U: usize> Newton<X, U> {
                     [length, wanted]: [f64; 2]| {
             newton.step(problem, inequalities, length, wanted, standing)
         };
-        self.search_by(problem, inequalities, standing, 0.0, step)
+        self.search_by(problem, inequalities, standing, [0.0; 2], step)
     }
 
-    /// Tries shorter and shorter steps until `step` succeeds, which takes a length and the merit that is wanted. The merit has the slope
-    /// `beside` beside those of commands and inequalities.
+    /// Tries shorter and shorter steps until `step` succeeds, which takes a length and the merit that is wanted. The merit contains
+    /// something `beside` the cost of the commands and the inequalities: its value and its slope.
     pub(crate) fn search_by<S, E, Q>(
         &mut self,
         problem: &Problem<'_, S, E, X, U>,
         inequalities: &mut Q,
         standing: &mut Standing,
-        beside: f64,
+        [beside, slope_beside]: [f64; 2],
         mut step: impl FnMut(&mut Self, &mut Q, &mut Standing, [f64; 2]) -> bool,
     ) -> bool
     where
@@ -52,14 +52,14 @@ impl<const X: usize, const U: usize> Newton<X, U> {
         Q: Inequalities<X, U>,
     {
         let weight = problem.h * problem.weight;
-        let mut slope = inequalities.slope() + beside;
+        let mut slope = inequalities.slope() + slope_beside;
         for (command, v) in self.iterate.commands.iter().zip(&self.direction.commands) {
             slope += v.dot(&(weight * command));
         }
         self.reweigh(problem);
         let mut now = Merit {
             cost: standing.cost,
-            objective: standing.cost,
+            objective: standing.cost + beside,
             violation: self.weights.miss.dot(&self.model.miss.abs()),
             miss: self.model.miss,
         };

@@ -38,6 +38,8 @@ pub(crate) struct StepSize<const X: usize, const U: usize> {
     slope: f64,
     /// `α`
     curvature: f64,
+    /// The effects of the commands in the steps of other sizes.
+    inputs: [Inputs<U>; 2],
     /// Scratch space.
     linear: [Linearization; 2],
 }
@@ -55,8 +57,8 @@ pub(crate) struct Explicit<const X: usize, const U: usize> {
 pub(super) struct Interval<'i, const X: usize, const U: usize> {
     pub(super) k: usize,
     pub(super) iterate: &'i Iterate<X, U>,
-    /// `λ_k`
-    pub(super) costate: &'i SVector<f64, X>,
+    /// `λ_k`, as far as second derivatives count.
+    pub(super) costate: SVector<f64, X>,
     pub(super) model: &'i StageModel<X, U>,
     pub(super) dynamics: &'i Linearization,
     pub(super) inputs: &'i Inputs<U>,
@@ -83,12 +85,18 @@ impl<const X: usize, const U: usize> StepSize<X, U> {
             conditions: SVector::zeros(),
             slope: 0.0,
             curvature: 0.0,
+            inputs: [Inputs::none(), Inputs::none()],
             linear: Default::default(),
         }
     }
 
     /// Begins at the end of the last of these intervals.
-    pub(super) fn begin(&mut self, intervals: usize) {
+    pub(super) fn begin<S: DiscreteDynamics<X, U>>(
+        &mut self,
+        intervals: usize,
+        beside: &Beside<'_, S>,
+    ) {
+        self.inputs = beside.steps.map(|steps| steps.inputs());
         self.defects.resize(intervals, SVector::zeros());
         self.answers.resize(intervals, SVector::zeros());
         self.states.resize(intervals + 1, SVector::zeros());
@@ -127,14 +135,14 @@ impl<const X: usize, const U: usize> StepSize<X, U> {
                 [k, k + 1].map(|at| retimed(&iterate.states[at], at, problem.intervals, ratio));
             let next = own.linearize(k, &from, &(ratio * ratio * command), dynamics)?;
             let defect = steps.difference(&to, &next);
-            let mut costate = *at.costate;
+            let mut costate = at.costate;
             if let Some(attitude) = beside.attitude {
                 let turned = (defect - model.defect)
                     .fixed_rows::<3>(attitude)
                     .into_owned();
                 turn(&turned, &mut costate, attitude);
             }
-            let (by_state, by_command) = dynamics.backward(&own.inputs(), &costate);
+            let (by_state, by_command) = dynamics.backward(&self.inputs[side], &costate);
             sides[side] = (defect, by_state, by_command);
             places[side] = steps.difference(state, &from);
         }

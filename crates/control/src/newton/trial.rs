@@ -83,7 +83,6 @@ impl<const X: usize, const U: usize> Direction<X, U> {
         inequalities: &mut impl Inequalities<X, U>,
     ) {
         self.nu = nu;
-        inequalities.set_step_size(h, eta);
         let mut z = SVector::zeros();
         for (k, policy) in model.policies.iter().enumerate() {
             let (defect, answer) = model.step_size.answer(k);

@@ -1,5 +1,7 @@
 //! Newton's method with the step size as one more unknown.
 
+use std::ops::ControlFlow;
+
 use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
@@ -25,7 +27,7 @@ pub(crate) struct TimePrice {
 pub(crate) struct TimedPath {
     /// States, commands and multipliers alone.
     pub(crate) plan: Plan,
-    /// A lower bound of the cost, if the path is a minimum.
+    /// A lower bound of the cost, if the path is known to be a minimum.
     pub(crate) bound: Option<f64>,
 }
 
@@ -33,13 +35,11 @@ pub(crate) struct TimedPath {
 const DIFFERENCE: f64 = 1e-4;
 /// The most that the step size changes in one step, in parts of it.
 const MOST: f64 = 0.3;
-/// Largest violation at the end.
+/// Largest violation and stationarity at the end.
 const VIOLATION: f64 = 1e-9;
+const STATIONARITY: f64 = 1e-6;
 /// The most that a change of the step size may still save at the end, in parts of the gap.
 const SAVED: f64 = 1e-3;
-
-/// A step of the iteration: the step size after it, or the way in which the iteration ended.
-type Step = Result<f64, Ended>;
 
 impl<C> Solver<'_, C> {
     /// Minimizes the cost of the plan and of its time, from a plan.
@@ -66,22 +66,24 @@ impl<C> Solver<'_, C> {
         let last = self.standing.iteration + self.tolerances.iterations;
         let ended = loop {
             match self.free_step(&mut newton, &mut barrier, &mut settings, price, h)? {
-                Ok(_) if self.standing.iteration >= last => break Ended::Capped,
-                Ok(next) => h = next,
-                Err(ended) => break ended,
+                ControlFlow::Continue(_) if self.standing.iteration >= last => {
+                    break Ended::Capped;
+                }
+                ControlFlow::Continue(next) => h = next,
+                ControlFlow::Break(ended) => break ended,
             }
         };
-        if ended != Ended::Converged {
-            return Err(self.unsolved(ended, &newton.iterate)?);
-        }
-        let is_minimum = settings.curvature == 1.0 && settings.damping == 0.0;
-        // The products of slack and multiplier may be twice those of the barrier.
-        let slack = 2.0 * price.gap * cost + newton.model.violated(&newton.iterate.nu);
-        let bound = self.standing.cost + rate * h - slack;
-        let mut plan = Plan {
-            h,
-            ..self.assembled(newton.iterate)
+        let Some(products) = barrier.products().filter(|_| ended == Ended::Converged) else {
+            let error = self.unsolved(ended, &newton.iterate)?;
+            // Its plan is that of another step size.
+            return Err(error.with_plan(|_| None));
         };
+        let is_minimum = settings.curvature == 1.0 && settings.damping == 0.0;
+        let slack = products + newton.model.violated(&newton.iterate.nu);
+        let bound = self.standing.cost + rate * h - slack;
+        let mut plan = self.assembled(newton.iterate);
+        plan.cost *= h / plan.h;
+        plan.h = h;
         for (wide, own) in plan.multipliers.iter_mut().zip(&newton.model.costates) {
             wide.fixed_rows_mut::<X>(C::FIRST).copy_from(own);
         }
@@ -99,7 +101,7 @@ impl<C> Solver<'_, C> {
         settings: &mut ModelSettings,
         price: &TimePrice,
         h: f64,
-    ) -> Result<Step, PlanError>
+    ) -> Result<ControlFlow<Ended, f64>, PlanError>
     where
         C: Class<X, U>,
     {
@@ -121,10 +123,10 @@ impl<C> Solver<'_, C> {
         let mut standing = self.standing;
         let (change, nu) = loop {
             if let Err(error) = newton.model_convex(&problem, barrier, settings) {
-                return Ok(Err(Ended::Failed(error)));
+                return Ok(ControlFlow::Break(Ended::Failed(error)));
             }
             let Some((reduced, nu)) = newton.model.reduced() else {
-                return Ok(Err(Ended::Failed(ModelError::Dependent)));
+                return Ok(ControlFlow::Break(Ended::Failed(ModelError::Dependent)));
             };
             newton.measure(&problem, &mut standing);
             let [slope, curvature] = [reduced[0] + rate, reduced[1]];
@@ -134,7 +136,7 @@ impl<C> Solver<'_, C> {
             }
             self.standing = standing;
             if !(self.observe)(&standing.progress(Phase::Constrained)) {
-                return Ok(Err(Ended::Stopped));
+                return Ok(ControlFlow::Break(Ended::Stopped));
             }
             let most = MOST * h;
             let change = if curvature > 0.0 {
@@ -143,22 +145,32 @@ impl<C> Solver<'_, C> {
                 -most.copysign(slope)
             };
             let saved = (slope * change).abs() / (rate * h);
+            let met = standing.violation <= VIOLATION
+                && standing.stationarity <= STATIONARITY
+                && saved <= SAVED * price.gap
+                && curvature > 0.0
+                && barrier.products().is_some();
             match barrier.satisfied() {
-                Satisfied::Yes | Satisfied::ToRounding
-                    if standing.violation <= VIOLATION && saved <= SAVED * price.gap =>
-                {
-                    return Ok(Err(Ended::Converged));
+                Satisfied::Yes | Satisfied::ToRounding if met => {
+                    if settings.damping == 0.0 {
+                        return Ok(ControlFlow::Break(Ended::Converged));
+                    }
+                    // Only a model without damping tells whether this is a minimum.
+                    settings.damping = 0.0;
+                    continue;
                 }
-                Satisfied::Never => return Ok(Err(Ended::Infeasible)),
+                Satisfied::Never => return Ok(ControlFlow::Break(Ended::Infeasible)),
                 _ => (),
             }
             break (change, nu[0] + change * nu[1]);
         };
         let from = newton.iterate.clone();
+        barrier.set_step_size(h, change);
         newton.direct_with_step_size((change, h), nu, barrier);
         standing.iteration += 1;
         let mut next = h;
-        let beside = change * (rate - 3.0 * standing.cost / h);
+        // Commands go as `1/h²`, so that their cost goes as `1/h³`.
+        let beside = [rate * h, change * (rate - 3.0 * standing.cost / h)];
         let stepped = newton.search_by(
             &problem,
             barrier,
@@ -172,7 +184,7 @@ impl<C> Solver<'_, C> {
                 };
                 barrier.set_step_size(next, change);
                 newton.iterate = from.retimed(h / next);
-                let wanted = wanted - rate * (next - h);
+                let wanted = wanted - rate * next;
                 let problem = self.problem(&view, &steps);
                 newton.step(&problem, barrier, length, wanted, standing)
             },
@@ -181,14 +193,14 @@ impl<C> Solver<'_, C> {
         if stepped {
             settings.curvature = 1.0;
             settings.damp_after(&standing);
-            return Ok(Ok(next));
+            return Ok(ControlFlow::Continue(next));
         }
         newton.iterate = from;
         barrier.set_step_size(h, 0.0);
         Ok(if settings.damp_more() {
-            Ok(h)
+            ControlFlow::Continue(h)
         } else {
-            Err(Ended::Stuck)
+            ControlFlow::Break(Ended::Stuck)
         })
     }
 

@@ -119,12 +119,16 @@ pub(crate) fn with_free_time(
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<TimedPath, PlanError> {
-    let (stated, mut plan) = restated(transfer, plan);
+    let (stated, mut own) = restated(transfer, plan);
     if let Some(speeds) = Speeds::of(transfer) {
-        plan = speeds.entered(transfer, plan);
+        own = speeds.entered(transfer, own);
     }
-    let timed = solver::with_free_time(&stated, &plan, price, settings, observe);
-    timed.map_err(|error| left_error(transfer, error))
+    let timed = solver::with_free_time(&stated, &own, price, settings, observe);
+    let mut timed = timed.map_err(|error| left_error(transfer, error))?;
+    for (state, given) in timed.plan.states.iter_mut().zip(&plan.states) {
+        (state.position, state.linear_momentum) = (given.position, given.linear_momentum);
+    }
+    Ok(timed)
 }
 
 /// How far the end of a plan's flight may be from that of the plan: by the tolerance, by what the plan itself misses, or by

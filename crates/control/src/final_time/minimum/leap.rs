@@ -1,9 +1,11 @@
 use super::{Fastest, FinalTimeError, Timed};
-use crate::Plan;
 use crate::final_time::is_missing;
-use crate::solver::{Progress, TimePrice, with_free_time};
+use crate::final_time::slope::is_whole;
+use crate::solver::{PlanError, Progress, TimePrice, TimedPath, with_free_time};
+use crate::{Motion, Plan, Transfer};
 
 /// What a leap finds.
+#[derive(Default)]
 pub(super) struct Leap {
     /// A lower bound of the shortest final time, or 0.
     pub(super) bound: f64,
@@ -23,42 +25,48 @@ const LONGER: [f64; 3] = [0.4, 3.0, 30.0];
 impl Fastest<'_> {
     /// Minimizes `J + price · T` from a plan with the final time among the unknowns, and plans in a slightly longer time.
     ///
-    /// The price is so high that the minimum of `J + price · T`, which is at most `(rate + price) T*`, tells `T*` to half the tolerance.
-    /// Returns `None` if no minimum is found, or that of another family.
+    /// Plans cost at most `rate · T`, so that the minimum is at most `(rate + price) T*`. The price is so high that it tells `T*` to half
+    /// the tolerance.
     pub(super) fn leap(
         &self,
         from: &Timed,
         observe: &mut dyn FnMut(&Progress) -> bool,
-    ) -> Result<Option<Leap>, FinalTimeError> {
+    ) -> Result<Leap, FinalTimeError> {
         let tolerance = self.range.tolerance;
         let price = TimePrice {
             rate: PRICE * self.rate / tolerance,
             gap: GAP * tolerance,
         };
+        let mut leap = Leap {
+            solves: 1,
+            ..Leap::default()
+        };
         let transfer = self.at(from.final_time);
         let least = with_free_time(&transfer, &from.plan, &price, self.settings, &mut *observe);
-        let least = match least {
+        let TimedPath { plan: path, bound } = match least {
             Ok(least) => least,
-            Err(error) if is_missing(&error) => return Ok(None),
-            Err(error) => return Err(from.failed(from.final_time, error)),
+            Err(error @ PlanError::Stopped { .. }) => {
+                return Err(from.failed(from.final_time, error));
+            }
+            Err(_) => return Ok(leap),
         };
-        let bound = least.bound.unwrap_or(0.0) / (price.rate + self.rate);
-        if bound > from.final_time {
-            return Ok(None);
+        let known = from.plan.cost + price.rate * from.final_time;
+        if bound.is_some_and(|bound| bound > known) {
+            // The path is not of this family.
+            return Ok(leap);
         }
-        let shortest = least.plan.h * self.transfer.intervals as f64;
-        let mut leap = Leap {
-            bound,
-            found: None,
-            solves: 1,
-        };
+        let bound = bound.filter(|_| keeps_its_problem(&transfer, &from.plan));
+        let bound = bound.unwrap_or(0.0) / (price.rate + self.rate);
+        let shortest = path.h * transfer.intervals as f64;
+        let mut last = 0.0;
         for longer in LONGER {
             let final_time = (shortest * (1.0 + longer * tolerance)).max(self.range.shortest);
-            if final_time >= from.final_time {
+            if final_time >= from.final_time || final_time == last {
                 break;
             }
+            last = final_time;
             leap.solves += 1;
-            match self.near(&self.at(final_time), &least.plan, observe) {
+            match self.near(&self.at(final_time), &path, observe) {
                 Ok(plan) => {
                     leap.found = Some((final_time, plan));
                     break;
@@ -67,6 +75,27 @@ impl Fastest<'_> {
                 Err(error) => return Err(from.failed(final_time, error)),
             }
         }
-        Ok(Some(leap))
+        let closes = (from.final_time - bound) <= tolerance * from.final_time;
+        if leap.found.is_some() || closes {
+            leap.bound = bound;
+        }
+        Ok(leap)
     }
+}
+
+/// True if the path is that of the transfer at any final time: what moves would be elsewhere at another one.
+fn keeps_its_problem(transfer: &Transfer, plan: &Plan) -> bool {
+    let mut rows = transfer.inequalities.state.iter();
+    if rows.any(|row| !row.through(transfer.h, transfer.intervals).is_empty()) {
+        return false;
+    }
+    if transfer.actuation.is_of_wheels() {
+        // The orbit is that of the plan.
+        let (body, field) = (&transfer.body, &transfer.field);
+        return plan.states.iter().all(|state| {
+            let load = field.load(body, &state.position, &state.attitude);
+            load.moment.norm() == 0.0
+        });
+    }
+    transfer.motion == Motion::Full || !is_whole(transfer.motion, plan)
 }

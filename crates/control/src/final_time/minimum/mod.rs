@@ -39,11 +39,12 @@ pub struct MinimumTime {
 
 /// Finds the shortest final time at which there is a plan within the limits of the commands.
 ///
-/// It is the limit `ε → 0` of the least `T + ε J`. Plans of least cost are followed to shorter final times, where
-/// `dJ/dT = −1/ε` tends to `−∞`. The first one is that of the transfer's own final time, or of the nearest end of the
-/// range, or of the longest if there is none. `T` of the last one is the shortest of the range, or exceeds by at most the
-/// tolerance the lower bound or a final time at which no plan was found from this last one or, where commands are one-sided, from a cold
-/// start.
+/// It is the limit `ε → 0` of the least `T + ε J`. From a plan of least cost, Newton's method with the length of the steps as one more
+/// unknown leads to the minimum for a small `ε`, and a plan of least cost is planned there. Where this does not narrow `T` enough, plans of
+/// least cost are followed to shorter final times, where `dJ/dT = −1/ε` tends to `−∞`. The first plan is that of the transfer's own final
+/// time, or of the nearest end of the range, or of the longest if there is none. `T` of the last one is the shortest of the range, or
+/// exceeds by at most the tolerance the lower bound or a final time at which no plan was found from this last one or, where commands are
+/// one-sided, from a cold start.
 ///
 /// # Assumptions and limitations
 /// The minimum is that of the family of plans that contains the first one; [`search_minimum_time`] compares several. The
@@ -180,7 +181,8 @@ impl<'t> Fastest<'t> {
         let mut now = first;
         let mut slope = self.slope(&now)?;
         approach.take(now.final_time, now.plan.cost, slope);
-        if let Some(leap) = self.leap(&now, observe)? {
+        if approach.next().is_some() {
+            let leap = self.leap(&now, observe)?;
             approach.prove(leap.bound);
             now.solves += leap.solves;
             if let Some(found) = leap.found {
@@ -205,7 +207,7 @@ impl<'t> Fastest<'t> {
                     solves: now.solves,
                 });
             };
-            if now.solves == MOST {
+            if now.solves >= MOST {
                 return Err(FinalTimeError::NotConverged {
                     solves: now.solves,
                     final_time: now.final_time,

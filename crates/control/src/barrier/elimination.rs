@@ -5,7 +5,7 @@ use super::fuel::Fuel;
 use super::position::PositionCosts;
 use super::row::Row;
 use super::set::{Barrier, StateRow, in_interval};
-use crate::newton::{Explicit, Inequalities, Satisfied};
+use crate::newton::{BySize, Inequalities, Satisfied};
 use crate::riccati::StageModel;
 
 /// The largest part of the distance to 0 or ρ that a multiplier covers in one step, and of its slack that an inequality does.
@@ -344,10 +344,10 @@ impl<const X: usize, const U: usize> Inequalities<X, U> for Barrier<X, U> {
         interval: usize,
         command: &SVector<f64, U>,
         changes: (&SVector<f64, X>, &SVector<f64, U>),
-    ) -> Explicit<X, U> {
+    ) -> BySize<X, U> {
         match &mut self.wheels {
             Some(wheels) => wheels.by_step_size_in(interval, command, changes),
-            None => Explicit::default(),
+            None => BySize::default(),
         }
     }
 

@@ -4,7 +4,7 @@ use nalgebra::{SMatrix, SVector};
 use super::penalty::Penalty;
 use super::row::Row;
 use super::violation::Violation;
-use crate::newton::Explicit;
+use crate::newton::BySize;
 use crate::problem::{InequalitySet, WheelSpeed};
 use crate::riccati::StageModel;
 use crate::{MAX_COMMANDS, Transfer};
@@ -179,8 +179,8 @@ impl<const X: usize, const U: usize> WheelSpeeds<X, U> {
         interval: usize,
         command: &SVector<f64, U>,
         (state_change, command_change): (&SVector<f64, X>, &SVector<f64, U>),
-    ) -> Explicit<X, U> {
-        let mut sum = Explicit::default();
+    ) -> BySize<X, U> {
+        let mut sum = BySize::default();
         let first = interval * self.limits.len();
         self.by_size.resize(self.rows.len(), 0.0);
         let all = self.limits.iter().zip(&self.rows[first..]);

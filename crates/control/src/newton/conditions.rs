@@ -3,7 +3,7 @@
 use lgvi_dynamics::BodyState;
 use nalgebra::{SMatrix, SVector};
 
-use super::step_size::Explicit;
+use super::step_size::BySize;
 use crate::riccati::StageModel;
 
 /// The terminal set: conditions `c(s_N) = 0` on the last state.
@@ -147,8 +147,8 @@ pub(crate) trait Inequalities<const X: usize, const U: usize> {
         _interval: usize,
         _command: &SVector<f64, U>,
         _changes: (&SVector<f64, X>, &SVector<f64, U>),
-    ) -> Explicit<X, U> {
-        Explicit::default()
+    ) -> BySize<X, U> {
+        BySize::default()
     }
 
     /// Sets the step size, and its change along the direction.

@@ -20,4 +20,4 @@ pub(crate) use iteration::{AUGMENTATIONS, Closeness, Ended, Newton, REUSED, Stan
 pub(crate) use model::{ModelError, ModelSettings};
 pub(crate) use neighbor::Policies;
 pub(crate) use problem::{Iterate, Problem, strictness};
-pub(crate) use step_size::{Beside, Explicit};
+pub(crate) use step_size::{Beside, BySize};

@@ -4,6 +4,8 @@
 //! the states at both ends, which stay. States and commands vary by `z + η ξ` and `v + η ξ_w`, where `η` is the change of `h` and
 //! `ξ`, `ξ_w` are the derivatives of that path. A cost to go has the additional part `η (q · z + n · ν + γ) + ½ α η²`.
 
+use std::ops::Add;
+
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
 use nalgebra::{SVector, Vector3};
@@ -44,9 +46,9 @@ pub(crate) struct StepSize<const X: usize, const U: usize> {
     linear: [Linearization; 2],
 }
 
-/// What inequalities that depend on the step size add to the model of an interval, by its state, by its command, and by the step
-/// size once and twice.
-pub(crate) struct Explicit<const X: usize, const U: usize> {
+/// What adds to the model of an interval: to the derivatives by the step size, once and twice, and to those of its gradients by state and
+/// command.
+pub(crate) struct BySize<const X: usize, const U: usize> {
     pub(crate) state: SVector<f64, X>,
     pub(crate) command: SVector<f64, U>,
     pub(crate) once: f64,
@@ -64,13 +66,26 @@ pub(super) struct Interval<'i, const X: usize, const U: usize> {
     pub(super) inputs: &'i Inputs<U>,
 }
 
-impl<const X: usize, const U: usize> Default for Explicit<X, U> {
+impl<const X: usize, const U: usize> Default for BySize<X, U> {
     fn default() -> Self {
         Self {
             state: SVector::zeros(),
             command: SVector::zeros(),
             once: 0.0,
             twice: 0.0,
+        }
+    }
+}
+
+impl<const X: usize, const U: usize> Add for BySize<X, U> {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            state: self.state + other.state,
+            command: self.command + other.command,
+            once: self.once + other.once,
+            twice: self.twice + other.twice,
         }
     }
 }
@@ -119,62 +134,69 @@ impl<const X: usize, const U: usize> StepSize<X, U> {
         S: DiscreteDynamics<X, U>,
         Q: Inequalities<X, U>,
     {
-        let &Interval {
-            k, iterate, model, ..
-        } = at;
-        let (h, steps) = (problem.h, problem.steps);
-        let (state, command) = (&iterate.states[k], &iterate.commands[k]);
-        let span = 2.0 * beside.by;
+        let (defect, by_steps) = self.differ(problem, beside, at)?;
+        let command = &at.iterate.commands[at.k];
+        let along = (&self.states[at.k], &(-2.0 / problem.h * command));
+        let by_stage = by_stage(problem, at, along);
+        let by_rows = inequalities.by_step_size_in(at.k, command, along);
+        let own = by_steps + by_stage + by_rows;
+
+        let raised = cost.hessian * defect;
+        self.slope += defect.dot(&cost.gradient) + raised.dot(&at.model.defect);
+        self.slope += self.gradient.dot(&at.model.defect) + own.once;
+        self.curvature += defect.dot(&raised) + 2.0 * self.gradient.dot(&defect) + own.twice;
+        self.conditions += cost.border * defect;
+        let (to_start, to_command) = at.dynamics.backward(at.inputs, &(self.gradient + raised));
+        self.gradient = to_start + own.state;
+        self.defects[at.k] = defect;
+        let mut slope = to_command + own.command;
+        at.dynamics.off().clear(&mut slope);
+        Ok(slope)
+    }
+
+    /// `φ`, and what the second derivatives of `λ · Φ` add, by differences. Sets `ξ`.
+    fn differ<S, E>(
+        &mut self,
+        problem: &Problem<'_, S, E, X, U>,
+        beside: &Beside<'_, S>,
+        at: &Interval<'_, X, U>,
+    ) -> Result<(SVector<f64, X>, BySize<X, U>), Unsolvable>
+    where
+        S: DiscreteDynamics<X, U>,
+    {
+        let &Interval { k, iterate, .. } = at;
+        let (steps, by) = (problem.steps, beside.by);
+        let here = at.model.defect;
         let mut places = [SVector::zeros(); 2];
         let mut sides = [(SVector::zeros(), SVector::zeros(), SVector::zeros()); 2];
         for (side, sign) in [-1.0, 1.0].into_iter().enumerate() {
-            let ratio = h / (h + sign * beside.by);
+            let ratio = problem.h / (problem.h + sign * by);
             let own = beside.steps[side];
             let dynamics = &mut self.linear[side];
             let [from, to] =
                 [k, k + 1].map(|at| retimed(&iterate.states[at], at, problem.intervals, ratio));
-            let next = own.linearize(k, &from, &(ratio * ratio * command), dynamics)?;
+            let command = ratio * ratio * iterate.commands[k];
+            let next = own.linearize(k, &from, &command, dynamics)?;
             let defect = steps.difference(&to, &next);
             let mut costate = at.costate;
             if let Some(attitude) = beside.attitude {
-                let turned = (defect - model.defect)
-                    .fixed_rows::<3>(attitude)
-                    .into_owned();
+                let turned = (defect - here).fixed_rows::<3>(attitude).into_owned();
                 turn(&turned, &mut costate, attitude);
             }
             let (by_state, by_command) = dynamics.backward(&self.inputs[side], &costate);
             sides[side] = (defect, by_state, by_command);
-            places[side] = steps.difference(state, &from);
+            places[side] = steps.difference(&iterate.states[k], &from);
         }
-        self.states[k] = (places[1] - places[0]) / span;
         let [before, after] = sides;
-        let defect = (after.0 - before.0) / span;
-        let bend = at.costate.dot(&(before.0 + after.0 - 2.0 * model.defect));
-        let bend = bend / (beside.by * beside.by);
-        let (xi, xi_w) = (&self.states[k], -2.0 / h * command);
-        let by_state = model.state * xi + model.mixed.tr_mul(&xi_w);
-        let by_command = model.mixed * xi + model.command * xi_w;
-        let rate = problem.weight * command;
-        let explicit = inequalities.by_step_size_in(k, command, (xi, &xi_w));
-        let (g, g_w) = (&model.state_gradient, &model.command_gradient);
-        let once = g.dot(xi) + g_w.dot(&xi_w) + 0.5 * command.dot(&rate);
-        let bent = (2.0 * g.dot(xi) + 3.0 * g_w.dot(&xi_w)) / h;
-        let twice = xi.dot(&by_state) + xi_w.dot(&by_command) + 2.0 * xi_w.dot(&rate) - bent;
-
-        let raised = cost.hessian * defect;
-        self.slope += defect.dot(&cost.gradient) + raised.dot(&model.defect);
-        self.slope += self.gradient.dot(&model.defect) + once + explicit.once;
-        self.curvature += defect.dot(&raised) + 2.0 * self.gradient.dot(&defect);
-        self.curvature += twice + bend + explicit.twice;
-        self.conditions += cost.border * defect;
-        self.gradient += raised;
-        self.defects[k] = defect;
-        let (to_start, to_command) = at.dynamics.backward(at.inputs, &self.gradient);
-        self.gradient = to_start + (after.1 - before.1) / span + by_state + explicit.state;
-        let mut slope =
-            to_command + (after.2 - before.2) / span + by_command + rate + explicit.command;
-        at.dynamics.off().clear(&mut slope);
-        Ok(slope)
+        let span = 2.0 * by;
+        self.states[k] = (places[1] - places[0]) / span;
+        let added = BySize {
+            state: (after.1 - before.1) / span,
+            command: (after.2 - before.2) / span,
+            once: 0.0,
+            twice: at.costate.dot(&(before.0 + after.0 - 2.0 * here)) / (by * by),
+        };
+        Ok(((after.0 - before.0) / span, added))
     }
 
     /// Goes on to the start of the interval, with the policy of its commands and what [`StepSize::enter`] returned.
@@ -203,6 +225,31 @@ impl<const X: usize, const U: usize> StepSize<X, U> {
     /// `ξ_k`
     pub(super) fn along(&self, k: usize) -> &SVector<f64, X> {
         &self.states[k]
+    }
+}
+
+/// What the cost of an interval and its inequalities add, where its state and its command change `along` the path.
+fn by_stage<S, E, const X: usize, const U: usize>(
+    problem: &Problem<'_, S, E, X, U>,
+    at: &Interval<'_, X, U>,
+    (xi, xi_w): (&SVector<f64, X>, &SVector<f64, U>),
+) -> BySize<X, U> {
+    let (h, model) = (problem.h, at.model);
+    let command = &at.iterate.commands[at.k];
+    let rate = problem.weight * command;
+    let state = model.state * xi + model.mixed.tr_mul(xi_w);
+    let by_command = model.mixed * xi + model.command * xi_w;
+    let [by_path, by_path_w] = [
+        model.state_gradient.dot(xi),
+        model.command_gradient.dot(xi_w),
+    ];
+    // The path bends: its second derivatives are `−2 ξ/h` and `−3 ξ_w/h`.
+    let bent = -(2.0 * by_path + 3.0 * by_path_w) / h;
+    BySize {
+        state,
+        command: by_command + rate,
+        once: by_path + by_path_w + 0.5 * command.dot(&rate),
+        twice: xi.dot(&state) + xi_w.dot(&by_command) + 2.0 * xi_w.dot(&rate) + bent,
     }
 }
 

@@ -347,21 +347,35 @@ impl<C> Solver<'_, C> {
     where
         C: Class<X, U>,
     {
-        let transfer = self.transfer;
         let weight = problem.h * problem.weight;
         let commands = iterate.commands.iter();
         let cost: f64 = commands.map(|w| 0.5 * w.dot(&(weight * w))).sum();
-        let fuel = self.fuel(iterate);
+        let cost = cost
+            + self.fuel(iterate)
+            + self.detour(problem, &iterate.states[1..])
+            + charged(problem, set, C::OFFSETS[0]);
+        self.barrier_of_cost(set, cost, self.barrier_tolerances())
+    }
+
+    /// The inequalities of `set`, with multipliers scaled to a cost of this size.
+    pub(super) fn barrier_of_cost<const X: usize, const U: usize>(
+        &self,
+        set: &InequalitySet,
+        cost: f64,
+        tolerances: BarrierTolerances,
+    ) -> Barrier<X, U>
+    where
+        C: Class<X, U>,
+    {
+        let selection = self.class.selection();
         Barrier::new(
             set,
-            transfer,
-            &self.class.selection(),
+            self.transfer,
+            &selection,
             C::OFFSETS,
             self.given(),
-            cost + fuel
-                + self.detour(problem, &iterate.states[1..])
-                + charged(problem, set, C::OFFSETS[0]),
-            self.barrier_tolerances(),
+            cost,
+            tolerances,
         )
     }
 

@@ -56,7 +56,15 @@ impl<C> Solver<'_, C> {
         let rate = price.rate * intervals as f64;
         let mut h = self.transfer.h;
         let cost = plan.cost + rate * h;
-        let mut barrier = self.timed_barrier(&newton.iterate, cost, price.gap);
+        let tolerances = BarrierTolerances {
+            gap: price.gap,
+            ..self.barrier_tolerances()
+        };
+        let mut barrier = self.barrier_of_cost(&self.transfer.inequalities, cost, tolerances);
+        let Iterate {
+            states, commands, ..
+        } = &newton.iterate;
+        barrier.start(&states[1..], commands, false);
         let mut settings = ModelSettings {
             curvature: 1.0,
             augmentation: AUGMENTATIONS[0],
@@ -78,7 +86,8 @@ impl<C> Solver<'_, C> {
             // Its plan is that of another step size.
             return Err(error.with_plan(|_| None));
         };
-        let is_minimum = settings.curvature == 1.0 && settings.damping == 0.0;
+        // The iteration converges without damping only.
+        let is_minimum = settings.curvature == 1.0;
         let slack = products + newton.model.violated(&newton.iterate.nu);
         let bound = self.standing.cost + rate * h - slack;
         let mut plan = self.assembled(newton.iterate);
@@ -202,34 +211,6 @@ impl<C> Solver<'_, C> {
         } else {
             ControlFlow::Break(Ended::Stuck)
         })
-    }
-
-    /// The inequalities, with multipliers scaled to the cost of plan and time.
-    fn timed_barrier<const X: usize, const U: usize>(
-        &self,
-        iterate: &Iterate<X, U>,
-        cost: f64,
-        gap: f64,
-    ) -> Barrier<X, U>
-    where
-        C: Class<X, U>,
-    {
-        let transfer = self.transfer;
-        let tolerances = BarrierTolerances {
-            gap,
-            ..self.barrier_tolerances()
-        };
-        let mut barrier = Barrier::new(
-            &transfer.inequalities,
-            transfer,
-            &self.class.selection(),
-            C::OFFSETS,
-            self.given(),
-            cost,
-            tolerances,
-        );
-        barrier.start(&iterate.states[1..], &iterate.commands, false);
-        barrier
     }
 }
 

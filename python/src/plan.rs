@@ -292,20 +292,31 @@ impl Plan {
         read_only(py, &[masses.len()], masses)
     }
 
-    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none or the commands are thrusters or wheels.
+    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none.
     ///
-    /// Rows are force (N, inertial frame) and moment (N m, body frame). Columns are the deviations of position (m), linear
+    /// Rows are force (N, inertial frame) and moment (N m, body frame), or the thrusters (N) or wheels (N m) that are commanded. Columns are the deviations of position (m), linear
     /// momentum (kg m/s), attitude log(R*ᵀR) (rad, body frame) and angular momentum (kg m²/s, body frame).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
-        let gains = match self.plan.commands() {
-            Commands::Loads => &self.plan.solution().feedback[..],
-            Commands::Thrusters | Commands::Wheels => &[],
+        let units = &self.scene.units;
+        let plan = self.plan.solution();
+        let unit = match self.plan.commands() {
+            Commands::Loads => {
+                let gains = plan.feedback.iter();
+                let numbers = gains.flat_map(|gain| lgvi_common::gain_si(gain, units));
+                return read_only(py, &[plan.feedback.len(), 6, 12], numbers.collect());
+            }
+            Commands::Thrusters => units.force(),
+            Commands::Wheels => units.energy(),
         };
-        let numbers = gains
-            .iter()
-            .flat_map(|gain| lgvi_common::gain_si(gain, &self.scene.units));
-        read_only(py, &[gains.len(), 6, 12], numbers.collect())
+        let each = lgvi_common::row_units(unit, units);
+        let count = self.scene.maneuver.as_ref().map_or(0, Maneuver::actuators);
+        let gains = &plan.actuator_feedback;
+        let numbers = gains.iter().flat_map(|gain| {
+            let rows = (0..count).flat_map(|row| gain.row(row).iter().copied().collect::<Vec<_>>());
+            rows.zip(each.into_iter().cycle()).map(|(gain, unit)| gain * unit)
+        });
+        read_only(py, &[gains.len(), count, 12], numbers.collect())
     }
 
     /// Whether it is flown with its feedback, as the scene says.

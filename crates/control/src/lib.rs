@@ -65,8 +65,9 @@ pub use formation::{Agreement, Formation, FormationError, check_together, solve_
 pub use multistart::{Minimum, SearchSettings, Winding, search};
 pub use plan::{Certificate, Plan, Switching};
 pub use problem::{
-    Actuation, ActuationError, Chances, Command, Comparable, Constraint, Dynamics, MAX_COMMANDS,
-    Motion, ParameterError, Place, Terminal, Transfer, TransferError, Uncertainty, miss,
+    Actuation, ActuationError, Allocation, Chances, Command, Comparable, Constraint, Dynamics,
+    MAX_COMMANDS, Motion, ParameterError, Place, Terminal, Transfer, TransferError, Uncertainty,
+    miss,
 };
 pub use problem::{constraint, terminal};
 pub use replan::TooLate;

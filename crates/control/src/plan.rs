@@ -3,7 +3,7 @@ use std::fmt;
 use lgvi_dynamics::{BodyState, Load};
 use nalgebra::{SMatrix, SVector};
 
-use crate::{Command, Sweep};
+use crate::{Command, MAX_COMMANDS, Sweep};
 
 /// A solution of a transfer, with the data to fly it, to correct it, to check it and to start the next solution from
 /// it.
@@ -22,6 +22,9 @@ pub struct Plan {
     pub multipliers: Vec<SVector<f64, 12>>,
     /// Gains `K_0 … K_{N−1}` (6×12) of the neighboring extremals: `u_{k+1} = u*_{k+1} − K_k δz_k`, in the axes of the controls.
     pub feedback: Vec<SMatrix<f64, 6, 12>>,
+    /// Those of the commands where these are of thrusters or wheels, `w_{k+1} = w*_{k+1} − K_k δz_k`; empty otherwise. Wheels do not
+    /// answer to position and velocity.
+    pub actuator_feedback: Vec<SMatrix<f64, MAX_COMMANDS, 12>>,
     /// The cost of the commands.
     pub cost: f64,
     /// What violations of constraints with a price cost.

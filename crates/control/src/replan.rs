@@ -71,6 +71,7 @@ impl Plan {
             controls: rest(&self.controls, step),
             multipliers: rest(&self.multipliers, step),
             feedback: rest(&self.feedback, step),
+            actuator_feedback: rest(&self.actuator_feedback, step),
             certificate: Certificate::default(),
             sweep: self.sweep.remaining(step),
         })

@@ -66,6 +66,8 @@ pub struct Wheels {
     states: Vec<WheelState>,
     /// Torques of the motors that are asked for.
     commands: Vec<f64>,
+    /// Factors between the torques that motors exert and those that they are asked for.
+    factors: Vec<f64>,
 }
 
 /// The state of a wheel.
@@ -144,11 +146,10 @@ impl ReactionWheel {
         self.inertia.recip() + self.axis.dot(&(inverse * self.axis))
     }
 
-    /// The torque on a wheel of speed `ω` over a step of length `h`, for a torque that its motor is asked for: the mean of
-    /// the motor and the bearing. The torque changes the relative speed by `per_torque` in a unit of time. Viscous friction
+    /// The torque on a wheel of speed `ω` over a step of length `h`, for a torque that its motor exerts: the mean of the motor
+    /// and the bearing. The torque changes the relative speed by `per_torque` in a unit of time. Viscous friction
     /// is that of the mean speed. Coulomb friction stops the wheel but does not reverse it.
     fn torque(&self, command: f64, speed: f64, per_torque: f64, h: f64) -> f64 {
-        let command = command.clamp(-self.max_torque, self.max_torque);
         let per_inertia = h * per_torque;
         let viscous = 0.5 * per_inertia * self.viscous_friction;
         let mut next = ((1.0 - viscous) * speed + per_inertia * command) / (1.0 + viscous);
@@ -188,6 +189,7 @@ impl Wheels {
         Ok(Self {
             states: vec![WheelState::default(); wheels.len()],
             commands: vec![0.0; wheels.len()],
+            factors: vec![1.0; wheels.len()],
             wheels,
         })
     }
@@ -218,6 +220,11 @@ impl Wheels {
     /// Sets the torques that the motors are asked for from the next step on, one per wheel.
     pub fn set_commands(&mut self, torques: &[f64]) {
         self.commands.copy_from_slice(torques);
+    }
+
+    /// Sets the factors by which motors exert other torques than they are asked for, one per wheel.
+    pub fn set_factors(&mut self, factors: &[f64]) {
+        self.factors.copy_from_slice(factors);
     }
 
     /// The speed `ω` of a wheel relative to a body with angular velocity `Ω`, body frame.
@@ -287,7 +294,8 @@ impl Wheels {
             let speed = self.speed(index, angular_velocity);
             let wheel = &self.wheels[index];
             let per_torque = wheel.per_torque(inverse);
-            let torque = wheel.torque(self.commands[index], speed, per_torque, h);
+            let command = self.commands[index].clamp(-wheel.max_torque, wheel.max_torque);
+            let torque = wheel.torque(self.factors[index] * command, speed, per_torque, h);
             let state = &mut self.states[index];
             state.torque = torque;
             state.angle += 0.5 * h * speed;

@@ -4,13 +4,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
-use lgvi_dynamics::{BodyState, Load, Skip};
-use lgvi_scene::{ActuatorErrors, Ensemble, Sample, Scene, Scheme};
+use lgvi_dynamics::{BodyState, Load, RigidBody, Skip, System};
+use lgvi_scene::{ActuatorErrors, Commands as Maneuvered, Ensemble, Sample, Scene, Scheme};
 
 use crate::row::Failure;
 use crate::table::{Columns, Ends};
 use crate::violations::{Violation, Watch};
-use crate::{EnsembleError, Guidance, Identity, Row};
+use crate::{Command, EnsembleError, Guidance, Identity, Row};
 
 /// Values that override those of the scene's ensemble.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -49,8 +49,14 @@ pub enum FlownBy {
 /// Largest number of samples of an ensemble: the names of parts have ten digits for it.
 const MOST_SAMPLES: u64 = 9_999_999_999;
 
-/// The outcome of a flight, and its violations if they are watched.
-type Watched = (Outcome, Option<Vec<Violation>>);
+/// The flight of a sample.
+struct Flown {
+    outcome: Outcome,
+    /// The bodies at the end, where actuators may have changed them.
+    system: Option<System>,
+    /// The violations, if they are watched.
+    violations: Option<Vec<Violation>>,
+}
 
 /// Steps after which a simulation is told of.
 const BLOCK: u64 = 256;
@@ -60,8 +66,7 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// Returns an error if the scene has no `ensemble` table, if the number of samples is out of range, if a maneuver
-    /// lacks commands or commands lack a maneuver, if an engine flies it, if the scene has no integrator, or if the simulation cannot be
-    /// created.
+    /// lacks commands or commands lack a maneuver, if the scene has no integrator, or if the simulation cannot be created.
     pub fn new(
         scene: &'a Scene,
         settings: Settings,
@@ -75,12 +80,6 @@ impl<'a> Campaign<'a> {
         }
         if scene.maneuver.is_some() != guidance.steps().is_some() {
             return Err(EnsembleError::Commands);
-        }
-        if let Some(maneuver) = &scene.maneuver
-            && maneuver.by_engine(scene)
-        {
-            let name = scene.bodies[maneuver.body].name.clone();
-            return Err(EnsembleError::Engine(name));
         }
         let mut scheme = scene.scheme()?;
         scene.simulation(scheme)?;
@@ -177,12 +176,13 @@ impl<'a> Campaign<'a> {
                 }
             }
         }
-        let outcomes = self.outcomes(&members, width, flown);
+        let outcomes = self.outcomes(&begun, &members, width, flown);
         for (((index, sample), member), outcome) in begun.iter().zip(&members).zip(outcomes) {
-            let ends = outcome.map(|(outcome, violations)| Ends {
+            let ends = outcome.map(|flown| Ends {
                 member,
-                outcome,
-                violations: self.watch.as_ref().zip(violations),
+                outcome: flown.outcome,
+                system: flown.system,
+                violations: self.watch.as_ref().zip(flown.violations),
             });
             rows.push(self.columns.row(self.scene, *index, sample, ends));
         }
@@ -210,14 +210,15 @@ impl<'a> Campaign<'a> {
 
     fn outcomes(
         &self,
+        samples: &[(u64, Sample)],
         members: &[Member],
         width: Width,
         flown: &dyn Fn(u64),
-    ) -> Vec<Result<Watched, Failure>> {
+    ) -> Vec<Result<Flown, Failure>> {
         if self.flown_by == FlownBy::Lanes {
             let loads = match &self.guidance {
                 Guidance::OpenLoop(loads) => loads.as_slice(),
-                Guidance::None | Guidance::Feedback(_) => &[],
+                Guidance::None | Guidance::StepByStep(_) => &[],
             };
             let maneuver = self.scene.maneuver.as_ref();
             let flight = Flight {
@@ -232,40 +233,53 @@ impl<'a> Campaign<'a> {
             };
             let newest = Instructions::Newest;
             if let Ok(outcomes) = lanes::fly_watched(&flight, members, width, newest, flown) {
-                return outcomes
-                    .into_iter()
-                    .map(|outcome| Ok((outcome, None)))
-                    .collect();
+                let each = outcomes.into_iter().map(|outcome| Flown {
+                    outcome,
+                    system: None,
+                    violations: None,
+                });
+                return each.map(Ok).collect();
             }
         }
         // Lanes could not fly all members. Falling back to simulations does not change the numbers of the others.
-        let members = members.iter();
-        members.map(|member| self.alone(member, flown)).collect()
+        let each = samples.iter().zip(members);
+        each.map(|((_, sample), member)| self.alone(&sample.actuators, member, flown))
+            .collect()
     }
 
     /// Flies one sample by itself. Returns its violations, too, if they are watched.
-    fn alone(&self, member: &Member, flown: &dyn Fn(u64)) -> Result<Watched, Failure> {
+    fn alone(
+        &self,
+        errors: &ActuatorErrors,
+        member: &Member,
+        flown: &dyn Fn(u64),
+    ) -> Result<Flown, Failure> {
         let (bodies, states) = (member.system.bodies().to_vec(), member.states.clone());
         let mut simulation = self.scene.simulation_of(bodies, states, self.scheme)?;
-        let actuators = ActuatorErrors {
-            force: member.force,
-            moment: member.moment,
-        };
+        if let Some(maneuver) = &self.scene.maneuver {
+            errors.set(maneuver, &mut simulation);
+        }
         let mut loads = vec![Load::default(); member.states.len()];
         let mut violations = self.watch.as_ref().map(Watch::begin);
+        let (mut made, mut failure) = (self.steps, None);
         for step in 0..self.steps {
             if let Some(maneuver) = &self.scene.maneuver {
-                let state = &simulation.states()[maneuver.body];
-                let load = self.guidance.at(step, state).unwrap_or_default();
-                loads[maneuver.body] = actuators.apply(&load);
+                let body = maneuver.body;
+                match self.guidance.at(step, &simulation.states()[body]) {
+                    Some(Command::Load(load)) => {
+                        loads[body] = simulation.command(body, errors.apply(&load));
+                    }
+                    Some(Command::Efforts(efforts)) => match maneuver.commands() {
+                        Maneuvered::Loads => {}
+                        Maneuvered::Thrusters => simulation.set_thruster_commands(body, &efforts),
+                        Maneuvered::Wheels => simulation.set_wheel_commands(body, &efforts),
+                    },
+                    None => {}
+                }
             }
             if let Err(error) = simulation.advance(&loads) {
-                let outcome = Outcome {
-                    states: simulation.states().to_vec(),
-                    steps: step,
-                    failure: Some(error),
-                };
-                return Ok((outcome, violations));
+                (made, failure) = (step, Some(error));
+                break;
             }
             if let Some((watch, noted)) = self.watch.as_ref().zip(violations.as_mut()) {
                 watch.note(step, simulation.states(), noted);
@@ -274,18 +288,24 @@ impl<'a> Campaign<'a> {
                 flown(BLOCK);
             }
         }
-        let outcome = Outcome {
-            states: simulation.states().to_vec(),
-            steps: self.steps,
-            failure: None,
-        };
-        Ok((outcome, violations))
+        let bodies = simulation.system().bodies();
+        let changed = bodies.iter().any(RigidBody::has_actuators);
+        let system = || System::new(bodies.to_vec(), self.scene.gravity.of_system());
+        Ok(Flown {
+            outcome: Outcome {
+                states: simulation.states().to_vec(),
+                steps: made,
+                failure,
+            },
+            system: changed.then(system),
+            violations,
+        })
     }
 }
 
 /// Returns the implementation for the samples: lanes, or simulations with the reason.
 fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance, unfit: Option<Unfit>) -> FlownBy {
-    let reason = if matches!(guidance, Guidance::Feedback(_)) {
+    let reason = if guidance.name() == "feedback" {
         Some("feedback answers to each sample by itself".into())
     } else if (scene.maneuver.as_ref()).is_some_and(|maneuver| maneuver.chances.is_some()) {
         Some("violations of constraints are counted on the way".into())

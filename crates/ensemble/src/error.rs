@@ -26,9 +26,6 @@ pub enum EnsembleError {
     /// A maneuver without a plan, or a plan without a maneuver.
     #[error("expected commands exactly if the scene has a maneuver")]
     Commands,
-    /// An engine flies the maneuver.
-    #[error("the maneuver of {0:?} is flown by an engine, expected none: samples do not lose mass")]
-    Engine(String),
     /// The scene has no integrator.
     #[error(transparent)]
     Scheme(#[from] SchemeError),

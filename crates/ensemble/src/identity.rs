@@ -1,8 +1,8 @@
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::{Ensemble, Scene, Scheme};
 use sha2::{Digest, Sha256};
 
-use crate::{Guidance, part};
+use crate::{Command, Guidance, part};
 
 /// Identity of an ensemble. Samples with equal identity belong together, whoever flew them.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -47,9 +47,17 @@ impl Identity {
             // The commands in the nominal state identify the plan.
             let state: &BodyState = &scene.bodies[maneuver.body].state;
             for step in 0..steps {
-                let load = guidance.at(step, state).unwrap_or_default();
-                for component in load.force.iter().chain(&load.moment) {
-                    add(&component.to_le_bytes());
+                let mut each = |numbers: &[f64]| {
+                    let numbers = numbers.iter();
+                    numbers.for_each(|number| add(&number.to_le_bytes()));
+                };
+                match guidance.at(step, state) {
+                    Some(Command::Load(Load { force, moment })) => {
+                        each(force.as_slice());
+                        each(moment.as_slice());
+                    }
+                    Some(Command::Efforts(efforts)) => each(&efforts),
+                    None => {}
                 }
             }
         }

@@ -34,7 +34,7 @@ mod violations;
 
 pub use campaign::{Campaign, FlownBy, Settings};
 pub use error::EnsembleError;
-pub use guidance::{Commands, Guidance};
+pub use guidance::{Command, Commands, Guidance};
 pub use identity::Identity;
 pub use merge::{MergeOptions, Merged, merge};
 pub use picture::draw;

@@ -13,8 +13,8 @@ use crate::violations::{Violation, Watch};
 pub(crate) struct Columns {
     names: Vec<String>,
     spreads: Vec<Spread>,
-    /// True if force and moment of the maneuver have errors, respectively.
-    errors: [bool; 2],
+    /// True if force, moment and actuators of the maneuver have errors, respectively.
+    errors: [bool; 3],
     units: Units,
 }
 
@@ -22,6 +22,8 @@ pub(crate) struct Columns {
 pub(crate) struct Ends<'a> {
     pub(crate) member: &'a Member,
     pub(crate) outcome: Outcome,
+    /// The bodies at the end, where actuators have changed them.
+    pub(crate) system: Option<System>,
     /// The constraints that are watched, and how they were violated.
     pub(crate) violations: Option<(&'a Watch, Vec<Violation>)>,
 }
@@ -55,15 +57,16 @@ impl Columns {
         let mut columns = Self {
             names: Vec::new(),
             spreads: ensemble.spreads.clone(),
-            errors: [ensemble.force_error > 0.0, ensemble.moment_error > 0.0],
+            errors: [
+                ensemble.force_error > 0.0,
+                ensemble.moment_error > 0.0,
+                ensemble.actuator_error > 0.0,
+            ],
             units: scene.units,
         };
         let nominal = Sample {
             deviations: vec![Deviation::default(); scene.bodies.len()],
-            actuators: ActuatorErrors {
-                force: Vector3::repeat(1.0),
-                moment: Vector3::repeat(1.0),
-            },
+            actuators: ActuatorErrors::none(ensemble.actuators),
         };
         let states: Vec<_> = scene.bodies.iter().map(|body| body.state).collect();
         let mut cells = Cells::default();
@@ -95,17 +98,16 @@ impl Columns {
             Ok(Ends {
                 member,
                 outcome,
+                system: last,
                 violations,
             }) => {
                 let Member { system, states, .. } = member;
-                finish(
-                    &mut cells,
-                    scene,
-                    [
-                        (system, states.as_slice()),
-                        (system, outcome.states.as_slice()),
-                    ],
-                );
+                let last = last.as_ref().unwrap_or(system);
+                let ends = [
+                    (system, states.as_slice()),
+                    (last, outcome.states.as_slice()),
+                ];
+                finish(&mut cells, scene, ends);
                 if let Some((watch, noted)) = &violations {
                     cells.extend(watch.cells(noted));
                 }
@@ -145,6 +147,12 @@ impl Columns {
             if errs {
                 cells.vector(name, factors);
             }
+        }
+        if self.errors[2] {
+            let factors = errors.actuators.iter().enumerate();
+            cells.extend(
+                factors.map(|(index, factor)| (format!("actuator_factor.{index}"), *factor)),
+            );
         }
     }
 
@@ -200,6 +208,14 @@ fn finish(cells: &mut Cells, scene: &Scene, ends: [(&System, &[BodyState]); 2]) 
             &name("angular_velocity"),
             &(state.angular_velocity(body) / time),
         );
+    }
+    for (named, body) in scene.bodies.iter().zip(system.bodies()) {
+        if let Some(thrusters) = body.thrusters()
+            && thrusters.propellant().mass > 0.0
+        {
+            let name = format!("{}.final.propellant", named.name);
+            cells.push(name, thrusters.propellant_left() * scene.units.mass);
+        }
     }
     changes(cells, ends);
     if let Some(maneuver) = &scene.maneuver {

@@ -1,11 +1,11 @@
-use lgvi_dynamics::{BodyState, Load, RigidBody};
+use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation};
 use lgvi_lie::exp;
 use nalgebra::Vector3;
 use rand_core::{Rng, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
-use crate::Scene;
 use crate::scene::NamedBody;
+use crate::{Commands, Maneuver, Scene};
 
 /// The difference of a flight from its plan: standard deviations, in the scene's units, of the initial states of the
 /// maneuvered body and of others, and of the errors of its actuators. The seed determines the values drawn, equally on every
@@ -13,8 +13,8 @@ use crate::scene::NamedBody;
 ///
 /// # Assumptions and limitations
 /// - All deviations are normally distributed and independent of each other, axis by axis.
-/// - An actuator's error is a factor that stays constant over the flight. It acts on the axes in which the control is
-///   given, which are inertial for the force and body axes for the moment.
+/// - An actuator's error is a factor that stays constant over the flight. Where force and moment are commanded, it acts on the
+///   axes in which they are given, which are inertial for the force and body axes for the moment.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Disturbance {
     /// Seed of the random numbers.
@@ -23,6 +23,10 @@ pub struct Disturbance {
     pub force_error: f64,
     /// Standard deviation of the factor on each component of the moment.
     pub moment_error: f64,
+    /// Standard deviation of the factor on the force of each thruster, or the torque of each wheel, that the maneuver commands.
+    pub actuator_error: f64,
+    /// Number of these thrusters or wheels.
+    pub actuators: usize,
     /// Standard deviations of the initial state of the maneuvered body.
     pub state: StateDeviation,
     /// Standard deviations of the initial states of other bodies, with their indices.
@@ -43,15 +47,36 @@ pub struct StateDeviation {
 }
 
 /// Factors between the intended and the actual control.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct ActuatorErrors {
     /// Factors on the components of the force, inertial frame.
     pub force: Vector3<f64>,
     /// Factors on the components of the moment, body frame.
     pub moment: Vector3<f64>,
+    /// Factors, ≥ 0, on the forces of the thrusters, or the torques of the wheels, that the maneuver commands.
+    pub actuators: Vec<f64>,
 }
 
 impl ActuatorErrors {
+    /// No errors of so many thrusters or wheels.
+    pub fn none(actuators: usize) -> Self {
+        Self {
+            force: Vector3::repeat(1.0),
+            moment: Vector3::repeat(1.0),
+            actuators: vec![1.0; actuators],
+        }
+    }
+
+    /// Lets the thrusters or wheels that a maneuver commands err in a simulation.
+    pub fn set(&self, maneuver: &Maneuver, simulation: &mut Simulation) {
+        let (body, factors) = (maneuver.body, &self.actuators);
+        match maneuver.commands() {
+            Commands::Loads => {}
+            Commands::Thrusters => simulation.set_thruster_factors(body, factors),
+            Commands::Wheels => simulation.set_wheel_factors(body, factors),
+        }
+    }
+
     /// Returns the load that acts if `load` is commanded.
     pub fn apply(&self, load: &Load) -> Load {
         Load {
@@ -64,15 +89,21 @@ impl ActuatorErrors {
 impl Disturbance {
     /// Returns the errors of the actuators.
     pub fn actuator_errors(&self) -> ActuatorErrors {
-        let [.., force, moment] = self.draw();
+        let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
+        let [.., force, moment] = self.draw_from(&mut rng);
+        for (_, deviation) in &self.others {
+            deviation.draw(&mut rng);
+        }
         ActuatorErrors {
             force: force.add_scalar(1.0),
             moment: moment.add_scalar(1.0),
+            actuators: factors(self.actuator_error, self.actuators, &mut rng),
         }
     }
 
     /// Draws three numbers for each standard deviation of the maneuvered body. The underlying normal numbers depend on the seed
     /// only, not on the other deviations.
+    #[cfg(test)]
     fn draw(&self) -> [Vector3<f64>; 6] {
         self.draw_from(&mut Pcg64Mcg::seed_from_u64(self.seed))
     }
@@ -145,6 +176,19 @@ impl Scene {
         let (disturbance, maneuver) = (self.disturbance.as_ref()?, self.maneuver.as_ref()?);
         Some((maneuver.body, disturbance.actuator_errors()))
     }
+
+    /// Lets the thrusters or wheels that the maneuver commands err as the disturbance says in a simulation of the scene.
+    pub fn disturb_actuators(&self, simulation: &mut Simulation) {
+        if let (Some((_, errors)), Some(maneuver)) = (self.actuator_errors(), &self.maneuver) {
+            errors.set(maneuver, simulation);
+        }
+    }
+}
+
+/// Draws the factors on so many actuators. None acts against its direction.
+pub(crate) fn factors(deviation: f64, actuators: usize, rng: &mut impl Rng) -> Vec<f64> {
+    let mut factor = || (1.0 + deviation * box_muller(rng)[0]).max(0.0);
+    (0..actuators).map(|_| factor()).collect()
 }
 
 /// Draws three numbers from the standard normal distribution.
@@ -171,6 +215,8 @@ mod tests {
         seed: 0,
         force_error: 0.0,
         moment_error: 0.0,
+        actuator_error: 0.0,
+        actuators: 0,
         state: STILL,
         others: Vec::new(),
     };
@@ -315,10 +361,38 @@ mod tests {
     }
 
     #[test]
+    fn each_actuator_has_a_factor_that_other_deviations_leave_alone() {
+        let five = Disturbance {
+            seed: 3,
+            actuator_error: 0.1,
+            actuators: 5,
+            ..NONE
+        };
+        let factors = five.actuator_errors().actuators;
+        let three = Disturbance {
+            force_error: 0.2,
+            actuators: 3,
+            ..five.clone()
+        };
+        assert_eq!(three.actuator_errors().actuators, factors[..3]);
+        let large = Disturbance {
+            actuator_error: 1e3,
+            ..five
+        };
+        let signs = large.actuator_errors().actuators;
+        for (factor, large) in factors.iter().zip(signs) {
+            assert_eq!(*factor < 1.0, large == 0.0, "{factor} {large}");
+        }
+        assert!(factors.iter().any(|factor| *factor < 1.0));
+        assert!(factors.iter().all(|factor| *factor != 1.0));
+    }
+
+    #[test]
     fn errors_scale_the_axes_of_a_control() {
         let errors = ActuatorErrors {
             force: Vector3::new(1.0, 0.5, 2.0),
             moment: Vector3::new(-1.0, 1.0, 0.0),
+            ..ActuatorErrors::none(0)
         };
         let load = Load {
             force: Vector3::new(1.0, 2.0, 3.0),

@@ -4,7 +4,7 @@ use nalgebra::Vector3;
 use rand_core::SeedableRng;
 use rand_pcg::Pcg64Mcg;
 
-use crate::disturbance::normals;
+use crate::disturbance::{factors, normals};
 use crate::{ActuatorErrors, NamedBody, Scene};
 
 /// Standard deviations of the samples of an ensemble, in the scene's units. Seed and index determine the values of a
@@ -27,6 +27,10 @@ pub struct Ensemble {
     pub force_error: f64,
     /// Standard deviation of the factor on each component of the maneuver's moment.
     pub moment_error: f64,
+    /// Standard deviation of the factor on the force of each thruster, or the torque of each wheel, that the maneuver commands.
+    pub actuator_error: f64,
+    /// Number of these thrusters or wheels.
+    pub actuators: usize,
     /// Standard deviations of the bodies, one entry per body.
     pub spreads: Vec<Spread>,
 }
@@ -90,11 +94,14 @@ impl Ensemble {
             mass: spread.mass * normals(&mut rng).x,
             inertia: spread.inertia * normals(&mut rng),
         });
+        let deviations = deviations.collect();
+        let [force, moment] = actuators;
         Sample {
-            deviations: deviations.collect(),
+            deviations,
             actuators: ActuatorErrors {
-                force: actuators[0],
-                moment: actuators[1],
+                force,
+                moment,
+                actuators: factors(self.actuator_error, self.actuators, &mut rng),
             },
         }
     }

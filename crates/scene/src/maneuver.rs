@@ -1,8 +1,9 @@
 use std::sync::Arc;
 
+use lgvi_control::constraint::CommandLimit;
 use lgvi_control::{
-    Actuation, Chances, Command, Constraint, Dynamics, Motion, Terminal, Transfer, TransferError,
-    shooting,
+    Actuation, Allocation, Chances, Command, Constraint, Dynamics, Motion, Terminal, Transfer,
+    TransferError, shooting,
 };
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::thrusters::Thrusters;
@@ -182,6 +183,27 @@ impl Maneuver {
             Some(_) if self.actuation.is_fixed_to_body() => Commands::Thrusters,
             _ => Commands::Loads,
         }
+    }
+
+    /// The number of thrusters or wheels that it commands; 0 if it commands force and moment.
+    pub fn actuators(&self) -> usize {
+        match self.commands() {
+            Commands::Loads => 0,
+            Commands::Thrusters | Commands::Wheels => self.actuation.commands(),
+        }
+    }
+
+    /// The thrusters or wheels that it commands, with their limits; `None` if it commands force and moment.
+    pub fn allocation(&self) -> Option<Allocation> {
+        let limit = self.actuator_limit.as_ref()?;
+        let limits = limit.downcast_ref::<CommandLimit>()?.limit();
+        let least = |most: f64| match self.commands() {
+            Commands::Thrusters => 0.0,
+            Commands::Loads | Commands::Wheels => -most,
+        };
+        let limits = limits.iter().take(self.actuators());
+        let limits = limits.map(|&most| [least(most), most]);
+        Some(Allocation::new(&self.actuation, limits))
     }
 
     /// Returns true if the commands are the forces of the body's thrusters.

@@ -10,8 +10,8 @@ use lgvi_msgs::std_msgs::Header;
 use lgvi_scene::{Scene, Units};
 use nalgebra::{Matrix3, Vector3};
 
-pub use controls::{Feedback, control_sequence};
-pub use feedback::{Correction, GAIN, Gain, Limits, gain_si};
+pub use controls::{Feedback, actuator_sequence, control_sequence};
+pub use feedback::{Correction, DEVIATIONS, GAIN, Gain, Limits, gain_from_si, gain_si, row_units};
 
 /// The header of what is true at `step`, in the inertial frame.
 pub fn header(scene: &Scene, step: u64) -> Result<Header, StampError> {

@@ -14,8 +14,8 @@ mod selection;
 mod warning;
 
 pub use convert::{
-    Correction, Feedback, GAIN, Gain, Limits, body_sample, body_state, control_sequence, gain_si,
-    header, pose,
+    Correction, DEVIATIONS, Feedback, GAIN, Gain, Limits, actuator_sequence, body_sample,
+    body_state, control_sequence, gain_from_si, gain_si, header, pose, row_units,
 };
 #[cfg(feature = "node")]
 pub use event::{

@@ -185,6 +185,12 @@ impl NominalPlan {
         self.sequence.at(step, state).unwrap_or_default()
     }
 
+    /// What it asks the thrusters or wheels of a body in `state` for during `step`; `None` if it commands force and moment.
+    pub fn efforts(&self, step: u64, state: &BodyState) -> Option<Vec<f64>> {
+        let commands = self.commands() != Commands::Loads;
+        commands.then(|| self.sequence.efforts(step, state).unwrap_or_default())
+    }
+
     /// Its control sequence, as the node publishes it.
     ///
     /// # Errors

@@ -55,11 +55,12 @@ impl Forecast {
         let mut loads = vec![Load::default(); scene.bodies.len()];
         for step in reached..step {
             for body in planned() {
-                let state = &simulation.states()[body];
+                let state = simulation.states()[body];
+                let state = &state;
                 let load = self.newest(body).find_map(|one| one.at(step, state));
                 loads[body] = simulation.command(body, load.unwrap_or_default());
                 let mut newest = self.newest(body);
-                match newest.find_map(|one| Some((one.commands, one.efforts(step)?))) {
+                match newest.find_map(|one| Some((one.commands, one.efforts(step, state)?))) {
                     Some((Commands::Thrusters, thrust)) => {
                         simulation.set_thruster_commands(body, &thrust);
                     }

@@ -1,8 +1,8 @@
 use std::sync::Arc;
 
-use lgvi_common::{Feedback, Limits, control_sequence};
+use lgvi_common::{DEVIATIONS, Feedback, Limits, actuator_sequence, control_sequence};
 use lgvi_control::constraint::{CommandLimit, ComponentLimit, NormLimit, Place};
-use lgvi_control::{Command, Constraint, MAX_COMMANDS, Plan, miss};
+use lgvi_control::{Allocation, Command, Constraint, MAX_COMMANDS, Plan, miss};
 use lgvi_dynamics::thrusters::Thrusters;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::ControlSequence;
@@ -25,6 +25,8 @@ pub(crate) struct Sequence {
     pub(crate) commands: Commands,
     /// The number of thrusters or wheels that it commands; 0 if it commands force and moment.
     actuators: usize,
+    /// What holds corrected commands of these within their limits; `None` in open loop.
+    allocation: Option<Allocation>,
     /// When its phases begin.
     pub(crate) phased: Phased,
     /// Index of the body.
@@ -37,15 +39,17 @@ pub(crate) struct Sequence {
 
 impl Sequence {
     pub(crate) fn new(maneuver: &Maneuver, first_step: u64, plan: Plan) -> Self {
+        let gains = match maneuver.commands() {
+            Commands::Loads => plan.feedback.len(),
+            Commands::Thrusters | Commands::Wheels => plan.actuator_feedback.len(),
+        };
+        let has_feedback = maneuver.feedback && gains == plan.controls.len();
         Self {
             first_step,
-            limits: (maneuver.feedback && plan.feedback.len() == plan.controls.len())
-                .then(|| limits(maneuver)),
+            limits: has_feedback.then(|| limits(maneuver)),
             commands: maneuver.commands(),
-            actuators: match maneuver.commands() {
-                Commands::Loads => 0,
-                Commands::Thrusters | Commands::Wheels => maneuver.actuation.commands(),
-            },
+            actuators: maneuver.actuators(),
+            allocation: maneuver.allocation().filter(|_| has_feedback),
             plan: Arc::new(plan),
             phased: Phased::default(),
             body: maneuver.body,
@@ -106,19 +110,18 @@ impl Sequence {
             .unwrap_or(usize::MAX)
             .min(controls.len());
         if self.commands != Commands::Loads {
-            let sequence = control_sequence(scene, body, first_step, &[], None)?;
             let intervals = self.plan.commands[past..].iter();
             let efforts = intervals.flat_map(|command| self.efforts_of(command));
-            let in_si = |unit: f64| efforts.map(|effort| effort * unit).collect();
-            let [thrust, wheel_torque] = match self.commands {
-                Commands::Wheels => [Vec::new(), in_si(scene.units.energy())],
-                _ => [in_si(scene.units.force()), Vec::new()],
-            };
-            return Ok(ControlSequence {
-                thrust,
-                wheel_torque,
-                ..sequence
+            let efforts: Vec<_> = efforts.collect();
+            let gains = self.plan.actuator_feedback.get(past..).unwrap_or_default();
+            let rows = gains.iter().flat_map(|gain| {
+                let rows = (0..self.actuators).map(|actuator| gain.row(actuator).into_owned());
+                rows.flat_map(|row| <[f64; DEVIATIONS]>::from(row))
             });
+            let rows: Vec<_> = rows.collect();
+            let references = &states[past..controls.len()];
+            let law = self.limits.as_ref().map(|_| (references, &*rows));
+            return actuator_sequence(scene, body, first_step, self.commands, &efforts, law);
         }
         let law = self.limits.as_ref().map(|limits| Feedback {
             reference: &states[past..],
@@ -143,13 +146,24 @@ impl Sequence {
         usize::try_from(step.checked_sub(self.first_step)?).ok()
     }
 
-    /// What it asks thrusters or wheels for during `step`; empty if it commands none, `None` before its first step.
-    pub(crate) fn efforts(&self, step: u64) -> Option<Vec<f64>> {
+    /// What it asks the thrusters or wheels of a body in `state` for during `step`; empty if it commands none, `None` before its first
+    /// step.
+    pub(crate) fn efforts(&self, step: u64, state: &BodyState) -> Option<Vec<f64>> {
         let interval = self.interval(step)?;
-        Some(match self.plan.commands.get(interval) {
-            Some(command) => self.efforts_of(command).collect(),
-            None => vec![0.0; self.actuators],
-        })
+        let plan = &self.plan;
+        let Some(command) = plan.commands.get(interval) else {
+            return Some(vec![0.0; self.actuators]);
+        };
+        let mut efforts: Vec<_> = self.efforts_of(command).collect();
+        if let (Some(allocation), Some(gain)) =
+            (&self.allocation, plan.actuator_feedback.get(interval))
+        {
+            let corrected = command - gain * miss(&plan.states[interval], state);
+            let is_off = |actuator| command[actuator] == 0.0 && gain.row(actuator).amax() == 0.0;
+            let held = allocation.within_limits(&corrected, is_off);
+            efforts = held.iter().take(self.actuators).copied().collect();
+        }
+        Some(efforts)
     }
 
     /// The propellant that it lets flow out of a body's thrusters, or its engine, before the step `end`.
@@ -368,6 +382,57 @@ mod tests {
             .norm();
         assert!(miss < 1e-4, "{miss:e}");
         flight
+    }
+
+    /// The miss of the attitude and the position of a flight whose start and actuators deviate.
+    fn misses(text: &str, keys: &str, disturbance: &str) -> [f64; 2] {
+        let text = text.replace("[maneuver]\n", &format!("[maneuver]\n{keys}\n"));
+        let scene = Scene::parse("test", &format!("{text}\n{disturbance}")).unwrap();
+        let plan = crate::plan(&scene, &mut |_| true).unwrap();
+        let message = plan.message(&scene).unwrap();
+        let mut flight = Flight::new(&scene).unwrap();
+        let controls = Controls::of_message(&scene, &message).unwrap();
+        assert_eq!(controls.has_law(), plan.has_feedback());
+        flight.accept(controls).unwrap();
+        let body = scene.maneuver.as_ref().unwrap().body;
+        for step in 0..scene.steps {
+            if plan.has_feedback() {
+                // What the planner foretells is what the propagator does, but for the rounding of the message.
+                let foretold = plan.efforts(step, &flight.states()[body]).unwrap();
+                let mut commanded = vec![0.0; foretold.len()];
+                let controls = Controls::of_message(&scene, &message).unwrap();
+                assert!(controls.command(step, &flight.states()[body], &mut commanded));
+                for (one, other) in foretold.iter().zip(&commanded) {
+                    assert!((one - other).abs() < 1e-9, "{one} {other}");
+                }
+            }
+            flight.advance().unwrap();
+        }
+        let (bodies, states) = (flight.system().bodies(), flight.states());
+        let miss = scene.miss_among(bodies, states, &states[body]).unwrap();
+        [miss.rows(6, 3).norm(), miss.rows(0, 3).norm()]
+    }
+
+    #[test]
+    fn thrusters_and_wheels_answer_to_what_the_plan_did_not_expect() {
+        let thrusters = include_str!("../../../scenes/thruster_rendezvous.toml");
+        let thrusters = thrusters.replace("steps = 240", "steps = 60");
+        let state = "position = 0.05\nvelocity = 0.002\nattitude = 0.01\nangular_velocity = 2e-4";
+        let disturbance = format!("[disturbance]\nseed = 4\nactuator_error = 0.03\n{state}");
+        let open = misses(&thrusters, "", &disturbance);
+        let closed = misses(&thrusters, "feedback = true", &disturbance);
+        println!("{open:?} {closed:?}");
+        for (closed, open) in closed.iter().zip(open) {
+            assert!(*closed < 0.1 * open, "{closed:e} {open:e}");
+        }
+        let wheels = include_str!("../../../scenes/wheel_slew_plan.toml");
+        let wheels = wheels.replace("steps = 600", "steps = 60");
+        let state = "attitude = 0.01\nangular_velocity = 2e-4";
+        let disturbance = format!("[disturbance]\nseed = 4\nactuator_error = 0.03\n{state}");
+        let [open, _] = misses(&wheels, "", &disturbance);
+        let [closed, _] = misses(&wheels, "feedback = true", &disturbance);
+        println!("{open:?} {closed:?}");
+        assert!(closed < 0.1 * open, "{closed:e} {open:e}");
     }
 
     #[test]

@@ -1,9 +1,12 @@
 //! Commands of a body's actuators in a control sequence.
 
+use lgvi_control::Allocation;
+use lgvi_dynamics::BodyState;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_scene::Scene;
 use thiserror::Error;
 
+use crate::law::{ActuatorLaw, LawError};
 use crate::target::Actuators;
 
 /// The efforts of the wheels or thrusters of a body, in the scene's units.
@@ -14,6 +17,8 @@ pub struct Actuation {
     efforts: Vec<f64>,
     /// Actuators in a row, ≥ 1.
     count: usize,
+    /// What corrects the efforts in flight; none in open loop.
+    law: Option<ActuatorLaw>,
 }
 
 /// Why a sequence does not command actuators.
@@ -47,6 +52,9 @@ pub enum ActuationError {
         /// The body.
         body: String,
     },
+    /// Their feedback law is none.
+    #[error(transparent)]
+    Law(#[from] LawError),
     /// A number that is NaN or infinite.
     #[error("`{field}[{index}]` is {value}, expected a finite number")]
     NotFinite {
@@ -77,8 +85,6 @@ impl Actuation {
         let forces = !(message.force.is_empty() && message.moment.is_empty());
         for (other, is_given) in [
             ("force", forces),
-            ("reference", !message.reference.is_empty()),
-            ("feedback", !message.feedback.is_empty()),
             ("thrust", field != "thrust" && !thrusters.1.is_empty()),
         ] {
             if is_given {
@@ -110,16 +116,37 @@ impl Actuation {
                 }),
             }
         });
+        let efforts = each.collect::<Result<_, _>>()?;
+        let unit = actuators.unit(scene);
+        let rigid = &scene.bodies[body].body;
+        let allocation = || match actuators {
+            Actuators::Thrusters => Allocation::of_thrusters(rigid.thrusters()?).ok(),
+            Actuators::Wheels => Allocation::of_wheels(rigid.wheels()?).ok(),
+        };
+        let sizes = [found / count, count];
+        let law = ActuatorLaw::check(message, sizes, unit, &scene.units, allocation)?;
         Ok(Some(Self {
             actuators,
-            efforts: each.collect::<Result<_, _>>()?,
+            efforts,
             count,
+            law,
         }))
+    }
+
+    /// Whether a law corrects the efforts in flight.
+    pub(crate) fn has_law(&self) -> bool {
+        self.law.is_some()
+    }
+
+    /// The same without its law.
+    pub(crate) fn open_loop(self) -> Self {
+        Self { law: None, ..self }
     }
 
     /// The memory that it takes (byte).
     pub(crate) fn size(&self) -> usize {
-        size_of_val(self.efforts.as_slice())
+        let law = self.law.as_ref().map_or(0, ActuatorLaw::size);
+        size_of_val(self.efforts.as_slice()) + law
     }
 
     /// Number of intervals.
@@ -127,11 +154,18 @@ impl Actuation {
         self.efforts.len() / self.count
     }
 
-    /// The efforts of an interval; empty after the last.
-    pub(crate) fn row(&self, interval: usize) -> &[f64] {
+    /// Writes the efforts of an interval, corrected for the body's `state` at its start; zero after the last.
+    pub(crate) fn write(&self, interval: usize, state: &BodyState, efforts: &mut [f64]) {
         let first = interval.saturating_mul(self.count);
-        let row = first..first.saturating_add(self.count);
-        self.efforts.get(row).unwrap_or_default()
+        match self.efforts.get(first..first.saturating_add(self.count)) {
+            Some(row) => {
+                efforts.copy_from_slice(row);
+                if let Some(law) = &self.law {
+                    law.correct(interval, state, efforts);
+                }
+            }
+            None => efforts.fill(0.0),
+        }
     }
 }
 
@@ -190,11 +224,15 @@ mod tests {
         let message = thrust(&[2.0, 4.0, 6.0, 8.0]);
         let controls = Controls::of_message(&scene(), &message).unwrap();
         assert_eq!(controls.end(), 7);
-        let during = |step| controls.efforts_during(step);
+        let during = |step| {
+            let mut efforts = [9.0; 2];
+            let acts = controls.command(step, &scene().bodies[0].state, &mut efforts);
+            acts.then_some(efforts)
+        };
         assert_eq!(during(2), None);
-        assert_eq!(during(4), Some(&[1.0, 2.0][..]));
-        assert_eq!(during(5), Some(&[3.0, 4.0][..]));
-        assert_eq!(during(7), Some(&[][..]));
+        assert_eq!(during(4), Some([1.0, 2.0]));
+        assert_eq!(during(5), Some([3.0, 4.0]));
+        assert_eq!(during(7), Some([0.0, 0.0]));
     }
 
     #[test]
@@ -219,7 +257,8 @@ mod tests {
         );
         assert_eq!(
             refused(|m| m.feedback.push(1.0)),
-            "`thrust` has length 2 beside `feedback`, expected only one of `force`, `wheel_torque` and `thrust`"
+            "0 elements in `reference`, expected 1 for the 1 intervals of the sequence, or an open loop without `reference` and \
+             `feedback`"
         );
         assert_eq!(
             refused(|m| m.thrust.clear()),

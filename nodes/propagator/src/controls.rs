@@ -173,15 +173,7 @@ impl Controls {
             Some(_) => None,
             None => Law::check(message, &scene.units)?,
         };
-        if law.is_some() && (hold > 1 || axes != Axes::Split) {
-            return Err(ControlError::HeldFeedback {
-                found,
-                frame: excerpt(&message.header.frame_id),
-                moment_in_frame: message.moment_in_frame,
-                expected,
-            });
-        }
-        Ok(Self {
+        let controls = Self {
             body,
             first_step: message.first_step,
             hold,
@@ -189,7 +181,16 @@ impl Controls {
             actuation,
             loads,
             law,
-        })
+        };
+        if controls.has_law() && (hold > 1 || axes != Axes::Split) {
+            return Err(ControlError::HeldFeedback {
+                found,
+                frame: excerpt(&message.header.frame_id),
+                moment_in_frame: message.moment_in_frame,
+                expected,
+            });
+        }
+        Ok(controls)
     }
 
     /// The memory that it takes (byte).
@@ -203,7 +204,16 @@ impl Controls {
 
     /// The same without its feedback law.
     pub fn open_loop(self) -> Self {
-        Self { law: None, ..self }
+        Self {
+            law: None,
+            actuation: self.actuation.map(Actuation::open_loop),
+            ..self
+        }
+    }
+
+    /// Whether a feedback law corrects it in flight.
+    pub fn has_law(&self) -> bool {
+        self.law.is_some() || self.actuation.as_ref().is_some_and(Actuation::has_law)
     }
 
     /// The step at which the last interval ends.
@@ -214,11 +224,14 @@ impl Controls {
         self.first_step.saturating_add(length)
     }
 
-    /// The efforts of the actuators during `step`; `None` before the first interval, empty after the last.
-    pub(crate) fn efforts_during(&self, step: u64) -> Option<&[f64]> {
-        let row = self.interval(step)?;
-        let efforts = self.actuation.as_ref().map(|given| given.row(row));
-        Some(efforts.unwrap_or_default())
+    /// Writes the efforts of the actuators of the body in `state` during `step`, zero after the last interval. Returns false before the
+    /// first one.
+    pub fn command(&self, step: u64, state: &BodyState, efforts: &mut [f64]) -> bool {
+        let interval = self.interval(step);
+        if let (Some(interval), Some(actuation)) = (interval, &self.actuation) {
+            actuation.write(interval, state, efforts);
+        }
+        interval.is_some()
     }
 
     /// What the sequence acts on.

@@ -73,8 +73,9 @@ impl Flight {
     }
 
     /// At the present step of a simulation of `scene` by this scheme, such as one under other gravity.
-    pub fn of(scene: &Scene, scheme: Scheme, simulation: Simulation) -> Self {
+    pub fn of(scene: &Scene, scheme: Scheme, mut simulation: Simulation) -> Self {
         let bodies = scene.bodies.len();
+        scene.disturb_actuators(&mut simulation);
         Self {
             simulation,
             scheme,
@@ -205,6 +206,7 @@ impl Flight {
     /// Begins anew at step 0, without any sequence.
     pub fn reset(&mut self, scene: &Scene) -> Result<(), SchemeError> {
         self.simulation = scene.simulation(self.scheme)?;
+        scene.disturb_actuators(&mut self.simulation);
         self.accepted.iter_mut().for_each(Vec::clear);
         self.pushes.clear();
         self.loads.fill(Load::default());
@@ -219,6 +221,7 @@ impl Flight {
         let mut all = self.simulation.states().to_vec();
         states.write(&mut all);
         let mut trial = scene.simulation_from(all, self.scheme)?;
+        scene.disturb_actuators(&mut trial);
         trial.set_actuator_states(&ActuatorStates::of(self.system()));
         let mut loads = self.loads.clone();
         self.command(&mut loads, trial.states());
@@ -388,10 +391,11 @@ fn command_actuators(
     let bodies = simulation.states().len();
     for &(actuators, body, count) in all {
         let channel = Target::Actuators(actuators, body).index(bodies);
+        let mut efforts = NO_EFFORTS;
+        let efforts = &mut efforts[..count];
+        let state = &simulation.states()[body];
         let mut latest = accepted[channel].iter().rev();
-        let given = latest.find_map(|controls| controls.efforts_during(step));
-        let given = given.filter(|efforts| !efforts.is_empty());
-        let efforts = given.unwrap_or(&NO_EFFORTS[..count]);
+        latest.find(|controls| controls.command(step, state, efforts));
         match actuators {
             Actuators::Wheels => simulation.set_wheel_commands(body, efforts),
             Actuators::Thrusters => simulation.set_thruster_commands(body, efforts),

@@ -1,8 +1,10 @@
-use lgvi_common::{Correction, GAIN, Limits};
+use lgvi_common::{Correction, DEVIATIONS, GAIN, Limits, body_state, gain_from_si, row_units};
+use lgvi_control::{Allocation, Command, MAX_COMMANDS};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::orthogonality_error;
 use lgvi_msgs::excerpt;
 use lgvi_msgs::msg::{self, ControlLimits, ControlSequence};
+use lgvi_msgs::shm::BodySample;
 use lgvi_scene::Units;
 use thiserror::Error;
 
@@ -71,6 +73,12 @@ pub enum LawError {
         /// What it says.
         value: [f64; 9],
     },
+    /// More actuators than a law can hold within their limits.
+    #[error("`feedback` is given for {count} thrusters or wheels, expected at most {MAX_COMMANDS}")]
+    Actuators {
+        /// Actuators of the body.
+        count: usize,
+    },
     /// NaN, infinity, or a number that is infinite in the scene's units, in a gain.
     #[error("`feedback[{index}]` is {value:?}, expected a finite number")]
     Gain {
@@ -100,44 +108,18 @@ impl Law {
         message: &ControlSequence,
         units: &Units,
     ) -> Result<Option<Self>, LawError> {
-        let ControlSequence {
-            body,
-            reference,
-            feedback,
-            limits,
-            ..
-        } = message;
-        if reference.is_empty() && feedback.is_empty() {
+        if !is_given(message, message.force.len(), GAIN)? {
             return Ok(None);
         }
-        let intervals = message.force.len();
-        for (field, found, each) in [
-            ("reference", reference.len(), 1),
-            ("feedback", feedback.len(), GAIN),
-        ] {
-            let expected = each * intervals;
-            if found != expected {
-                return Err(LawError::Length {
-                    field,
-                    found,
-                    expected,
-                    intervals,
-                });
-            }
-        }
+        let limits = &message.limits;
         check_limits(limits)?;
-        let (gains, _) = feedback.as_chunks();
-        let mut corrections = Vec::with_capacity(intervals);
-        for (interval, (state, gain)) in reference.iter().zip(gains).enumerate() {
-            if state.name != *body {
-                return Err(LawError::ReferenceBody {
-                    interval,
-                    found: excerpt(&state.name),
-                    expected: excerpt(body),
-                });
-            }
-            let correction = Correction::from_si(state, gain, units);
-            check_reference(interval, state, &correction.reference)?;
+        let (gains, _) = message.feedback.as_chunks();
+        let mut corrections = Vec::with_capacity(gains.len());
+        for (interval, gain) in gains.iter().enumerate() {
+            let correction = Correction {
+                reference: reference(message, interval, units)?,
+                gain: gain_from_si(gain, units),
+            };
             check_gain(interval, gain, &correction)?;
             corrections.push(correction);
         }
@@ -156,6 +138,122 @@ impl Law {
             moment: load.moment - correction.fixed_rows::<3>(3),
         })
     }
+}
+
+/// A feedback law for thrusters or wheels, checked and in the scene's units: `w = w* − K δz`, where `δz = [x − x*, γ − γ*,
+/// log(R*ᵀR), Π − Π*]` at the start of the interval, held within the limits of the actuators: what one of them cannot do others do.
+///
+/// # Assumptions and limitations
+/// Those of [`Law`].
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ActuatorLaw {
+    /// One an interval.
+    references: Vec<BodyState>,
+    /// By rows an actuator, all rows of an interval after each other.
+    rows: Vec<[f64; DEVIATIONS]>,
+    allocation: Allocation,
+}
+
+impl ActuatorLaw {
+    /// Checks the law of a received sequence for so many actuators, whose efforts have a unit; `None` for an open loop.
+    pub(crate) fn check(
+        message: &ControlSequence,
+        [intervals, count]: [usize; 2],
+        unit: f64,
+        units: &Units,
+        allocation: impl FnOnce() -> Option<Allocation>,
+    ) -> Result<Option<Self>, LawError> {
+        if !is_given(message, intervals, count * DEVIATIONS)? {
+            return Ok(None);
+        }
+        let allocation = allocation().ok_or(LawError::Actuators { count })?;
+        let references = 0..message.reference.len();
+        let references = references.map(|interval| reference(message, interval, units));
+        let each = row_units(unit, units);
+        let mut rows = Vec::with_capacity(intervals * count);
+        let (given, _) = message.feedback.as_chunks::<DEVIATIONS>();
+        for (index, gains) in given.iter().enumerate() {
+            let row: [f64; DEVIATIONS] = std::array::from_fn(|column| gains[column] / each[column]);
+            if let Some(column) = row.iter().position(|gain| !gain.is_finite()) {
+                return Err(LawError::Gain {
+                    index: index * DEVIATIONS + column,
+                    value: gains[column],
+                });
+            }
+            rows.push(row);
+        }
+        Ok(Some(Self {
+            references: references.collect::<Result<_, _>>()?,
+            rows,
+            allocation,
+        }))
+    }
+
+    /// The memory that it takes (byte).
+    pub(crate) fn size(&self) -> usize {
+        size_of_val(self.references.as_slice()) + size_of_val(self.rows.as_slice())
+    }
+
+    /// Corrects the efforts of an interval for the body's `state` at its start.
+    pub(crate) fn correct(&self, interval: usize, state: &BodyState, efforts: &mut [f64]) {
+        let Some(reference) = self.references.get(interval) else {
+            return;
+        };
+        let deviation = lgvi_control::miss(reference, state);
+        let rows = &self.rows[interval * efforts.len()..];
+        let mut wanted = Command::zeros();
+        for ((wanted, effort), row) in wanted.iter_mut().zip(&*efforts).zip(rows) {
+            let each = row.iter().zip(&deviation);
+            *wanted = effort - each.map(|(gain, off)| gain * off).sum::<f64>();
+        }
+        let is_off = |actuator: usize| {
+            efforts.get(actuator) == Some(&0.0) && rows[actuator] == [0.0; DEVIATIONS]
+        };
+        let held = self.allocation.within_limits(&wanted, is_off);
+        efforts.copy_from_slice(&held.as_slice()[..efforts.len()]);
+    }
+}
+
+/// Whether a sequence has a law, with a reference and so many gains for each interval.
+fn is_given(message: &ControlSequence, intervals: usize, gains: usize) -> Result<bool, LawError> {
+    let lengths = [message.reference.len(), message.feedback.len()];
+    if lengths == [0; 2] {
+        return Ok(false);
+    }
+    for (field, found, each) in [
+        ("reference", lengths[0], 1),
+        ("feedback", lengths[1], gains),
+    ] {
+        let expected = each * intervals;
+        if found != expected {
+            return Err(LawError::Length {
+                field,
+                found,
+                expected,
+                intervals,
+            });
+        }
+    }
+    Ok(true)
+}
+
+/// The checked reference of an interval.
+fn reference(
+    message: &ControlSequence,
+    interval: usize,
+    units: &Units,
+) -> Result<BodyState, LawError> {
+    let given = &message.reference[interval];
+    if given.name != message.body {
+        return Err(LawError::ReferenceBody {
+            interval,
+            found: excerpt(&given.name),
+            expected: excerpt(&message.body),
+        });
+    }
+    let state = body_state(&BodySample::unnamed(given), units);
+    check_reference(interval, given, &state)?;
+    Ok(state)
 }
 
 fn check_limits(limits: &ControlLimits) -> Result<(), LawError> {

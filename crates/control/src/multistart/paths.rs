@@ -158,6 +158,7 @@ pub(super) fn plan(transfer: &Transfer, to: &BodyState, detour: &Detour) -> Plan
         commands,
         multipliers: vec![SVector::zeros(); *intervals],
         feedback: Vec::new(),
+        actuator_feedback: Vec::new(),
         cost: 0.0,
         paid: 0.0,
         certificate: Certificate::default(),

@@ -479,7 +479,7 @@ pub(crate) fn stacked(load: &Load) -> SVector<f64, 6> {
 }
 
 /// `W⁻¹Bᵀ (B W⁻¹ Bᵀ)⁺` for a diagonal weight.
-fn pseudo_inverse(matrix: &Effects, weight: &Weight) -> SMatrix<f64, MAX_COMMANDS, 6> {
+pub(super) fn pseudo_inverse(matrix: &Effects, weight: &Weight) -> SMatrix<f64, MAX_COMMANDS, 6> {
     let inverse = Weight::from_diagonal(&weight.diagonal().map(f64::recip));
     let mut reach = matrix * inverse * matrix.transpose();
     // Each component is measured in units of its own reach, so that the nearest load does not depend on the units of force

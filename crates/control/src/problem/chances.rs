@@ -1,16 +1,16 @@
 //! Constraints that hold with a probability.
 
 use lgvi_dynamics::RigidBody;
-use nalgebra::{SMatrix, Vector3};
+use nalgebra::{Dyn, OMatrix, U12, Vector3};
 
 use super::parameter::ParameterError;
 use super::{Transfer, Vector12};
 
-/// Number of independent sources of uncertainty: twelve of the initial state, six of the actuators.
-const SOURCES: usize = 18;
+/// Number of independent sources of uncertainty of the initial state. Those of the actuators follow.
+pub(crate) const OF_STATE: usize = 12;
 
 /// Deviations `[δx, δγ, ζ, δΠ]` of a state for a deviation of one standard deviation of each source.
-pub(crate) type Deviations = SMatrix<f64, 12, SOURCES>;
+pub(crate) type Deviations = OMatrix<f64, U12, Dyn>;
 
 /// What is uncertain about a flight: standard deviations of independent normal deviations.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -27,6 +27,8 @@ pub struct Uncertainty {
     pub force_error: f64,
     /// Of the constant relative error of each component of the moment.
     pub moment_error: f64,
+    /// Of the constant relative error of each command, where commands are of thrusters or wheels.
+    pub actuator_error: f64,
     /// True if the flight applies the feedback of its plan.
     pub feedback: bool,
 }
@@ -56,6 +58,7 @@ impl Chances {
             ("angular_velocity", uncertainty.angular_velocity),
             ("force_error", uncertainty.force_error),
             ("moment_error", uncertainty.moment_error),
+            ("actuator_error", uncertainty.actuator_error),
         ] {
             if !(deviation >= 0.0 && deviation.is_finite()) {
                 return Err(ParameterError::new(name, deviation, "a finite number >= 0"));
@@ -85,10 +88,10 @@ impl Chances {
 }
 
 impl Uncertainty {
-    /// The deviations of the initial state of a body.
-    pub(crate) fn initial(&self, body: &RigidBody) -> Deviations {
+    /// The deviations of the initial state of a body under so many actuators.
+    pub(crate) fn initial(&self, body: &RigidBody, actuators: usize) -> Deviations {
         let inertia = body.inertia().matrix();
-        let mut all = Deviations::zeros();
+        let mut all = Deviations::zeros(OF_STATE + actuators);
         for axis in 0..3 {
             let unit = Vector3::ith(axis, 1.0);
             for (half, deviation) in [

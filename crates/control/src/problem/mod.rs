@@ -1,6 +1,7 @@
 //! The statement of a problem: dynamics, boundary conditions, actuation, cost and constraints.
 
 mod actuation;
+mod allocation;
 mod by_step;
 mod chances;
 mod comparable;
@@ -15,9 +16,10 @@ mod transfer;
 
 pub use actuation::{Actuation, ActuationError, Command, MAX_COMMANDS};
 pub(crate) use actuation::{Effects, FEW, Weight, stacked};
+pub use allocation::Allocation;
 pub(crate) use by_step::ByStep;
-pub(crate) use chances::Deviations;
 pub use chances::{Chances, Uncertainty};
+pub(crate) use chances::{Deviations, OF_STATE};
 pub use comparable::Comparable;
 pub(crate) use constraint::{
     CommandInequality, InequalitySet, PositionCost, StateInequality, WheelSpeed,

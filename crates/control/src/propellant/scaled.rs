@@ -224,6 +224,7 @@ impl<'t> Scaled<'t> {
             cost: commands.iter().map(|w| actuation.cost(h, w)).sum(),
             commands,
             feedback: Vec::new(),
+            actuator_feedback: Vec::new(),
             sweep: Sweep::default(),
             ..plan
         }

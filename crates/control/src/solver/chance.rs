@@ -1,23 +1,20 @@
 //! Constraints on states that hold with a probability.
 //!
 //! To first order a flight deviates from its plan by `z_k = S_k ξ`, where ξ are independent standard normal numbers. The deviations
-//! are those of the closed loop, `S_{k+1} = (A_k − B_k K_k) S_k + B_k diag(u_k) E`. An inequality `g` holds with the probability of κ
+//! are those of the closed loop. An inequality `g` holds with the probability of κ
 //! standard deviations if it holds at the likeliest deviation of this size, `ξ = κ Sᵀ∂g/|Sᵀ∂g|` with the gradient there (the
 //! first-order reliability method, Hasofer and Lind 1974). The deviations depend on the plan, so it is solved again with those of
 //! the plan before, until it keeps its own.
 
 use lgvi_dynamics::BodyState;
 use lgvi_lie::exp;
-use nalgebra::{SMatrix, SVector};
 
+use super::deviations::deviations;
 use super::error::PlanError;
 use super::progress::{NewtonSettings, Progress, Start};
 use super::solve_plain;
-use crate::discrete::{DiscreteDynamics, KickDriftKick, Linearization};
-use crate::problem::{
-    Chances, Deviations, InequalitySet, StateInequality, Uncertainty, Vector12, block, stacked,
-};
-use crate::{Actuation, Plan, Transfer};
+use crate::problem::{Chances, Deviations, InequalitySet, StateInequality, Vector12, block};
+use crate::{Motion, Plan, Transfer};
 
 /// Maximum number of plans.
 const ROUNDS: u32 = 12;
@@ -36,12 +33,12 @@ pub(super) fn solve(
     settings: &NewtonSettings,
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    if transfer.actuation.is_of_wheels() || transfer.actuation.is_fixed_to_body() {
-        let beside = "commands of actuators that turn with the body";
+    if transfer.actuation.is_fixed_to_body() && transfer.motion != Motion::Full {
+        let beside = "thrusters that control only a part of the motion";
         return Err(PlanError::ChancesBeside { beside });
     }
     if transfer.uses_propellant() {
-        let beside = "an engine that uses propellant";
+        let beside = "actuators that use propellant";
         return Err(PlanError::ChancesBeside { beside });
     }
     let mut own = transfer.clone();
@@ -138,51 +135,6 @@ fn spreads(
         spread.collect()
     };
     Ok(transfer.inequalities.state.iter().map(through).collect())
-}
-
-/// `S_k` at the states `0 … N` of a plan: of all coordinates under loads, as it is flown.
-pub(crate) fn deviations(
-    transfer: &Transfer,
-    uncertainty: &Uncertainty,
-    plan: &Plan,
-) -> Result<Vec<Deviations>, PlanError> {
-    let identity = SMatrix::identity();
-    let flown = Transfer {
-        actuation: Actuation::full(&identity, &identity).map_err(crate::TransferError::from)?,
-        off: None,
-        ..transfer.clone()
-    };
-    let steps = KickDriftKick::<_, 2, 6>::full(&flown);
-    let inputs = steps.inputs();
-    let mut dynamics = Linearization::default();
-    let mut now = uncertainty.initial(&transfer.body);
-    let mut all = vec![now];
-    for (k, control) in plan.controls.iter().enumerate() {
-        let load = stacked(control);
-        let linearized = steps.linearize(k, &plan.states[k], &load, &mut dynamics);
-        linearized.map_err(|source| PlanError::Dynamics { step: k, source })?;
-        let gain = plan.feedback.get(k).filter(|_| uncertainty.feedback);
-        let mut next = Deviations::zeros();
-        for (source, column) in now.column_iter().enumerate() {
-            let z: SVector<f64, 12> = column.into_owned();
-            let mut change = SVector::<f64, 6>::zeros();
-            if let Some(gain) = gain {
-                change -= gain * z;
-            }
-            if let Some(component) = source.checked_sub(12) {
-                let error = if component < 3 {
-                    uncertainty.force_error
-                } else {
-                    uncertainty.moment_error
-                };
-                change[component] += error * load[component];
-            }
-            next.set_column(source, &dynamics.forward(&inputs, &z, &change));
-        }
-        now = next;
-        all.push(now);
-    }
-    Ok(all)
 }
 
 impl StateInequality {

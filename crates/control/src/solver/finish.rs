@@ -6,8 +6,10 @@ use super::attempt::Solver;
 use super::class::Class;
 use super::error::PlanError;
 use crate::discrete::DiscreteDynamics;
-use crate::newton::{Ended, Ending, Inequalities, Iterate, ModelSettings, Newton, Problem, REUSED};
-use crate::{Certificate, Plan, Sweep};
+use crate::newton::{
+    Ended, Ending, Inequalities, Iterate, ModelSettings, Newton, Problem, REUSED, Unconstrained,
+};
+use crate::{Certificate, MAX_COMMANDS, Plan, Sweep};
 
 impl<C> Solver<'_, C> {
     /// A state of the terminal set that paths lead to. Free coordinates are those of the drift without loads.
@@ -86,7 +88,9 @@ impl<C> Solver<'_, C> {
         sufficient &= independent;
         match inherited {
             Some(inherited) if sufficient => {
-                (plan.feedback, plan.sweep) = (inherited.feedback, inherited.sweep);
+                plan.feedback = inherited.feedback;
+                plan.actuator_feedback = inherited.actuator_feedback;
+                plan.sweep = inherited.sweep;
             }
             _ => {
                 let gains = std::mem::take(&mut newton.model.gains);
@@ -94,6 +98,11 @@ impl<C> Solver<'_, C> {
                     Some(_) => self.yielding_gains(&problem, &newton, inequalities, gains),
                     None => gains,
                 };
+                if transfer.actuation.is_fixed_to_body() || transfer.orbit.is_some() {
+                    // The costate is that of the inequalities, without which only this model knows nothing of it.
+                    let free = self.gains_under(&problem, &newton, &mut Unconstrained, &[LINEAR]);
+                    plan.actuator_feedback = self.gains_of_commands(&free.unwrap_or_default());
+                }
                 plan.feedback = self.widened_gains(gains);
                 if Q::NONE && sufficient {
                     plan.sweep = self.kept(&problem, &mut newton, strayed);
@@ -138,16 +147,51 @@ impl<C> Solver<'_, C> {
         C: Class<X, U>,
         Q: Inequalities<X, U>,
     {
-        let mut own = Newton::new(problem.intervals, newton.iterate.clone());
-        own.model.want_gains();
         inequalities.give_way(true);
-        let found = MODELS.into_iter().find_map(|settings| {
-            let Newton { model, iterate, .. } = &mut own;
-            let solved = model.solve(problem, inequalities, iterate, settings);
-            solved.ok().map(|()| std::mem::take(&mut model.gains))
-        });
+        let found = self.gains_under(problem, newton, inequalities, &MODELS);
         inequalities.give_way(false);
         found.unwrap_or(firm)
+    }
+
+    /// Gains under other inequalities than those of the plan, by the first of several models that has some. Those of actuators know no
+    /// inequalities: what some cannot do others take over in flight, see [`Allocation`](crate::Allocation).
+    fn gains_under<S, Q, const X: usize, const U: usize>(
+        &self,
+        problem: &Problem<'_, S, C::Ending, X, U>,
+        newton: &Newton<X, U>,
+        inequalities: &mut Q,
+        models: &[ModelSettings],
+    ) -> Option<Vec<SMatrix<f64, U, X>>>
+    where
+        S: DiscreteDynamics<X, U>,
+        C: Class<X, U>,
+        Q: Inequalities<X, U>,
+    {
+        let mut own = Newton::new(problem.intervals, newton.iterate.clone());
+        own.model.want_gains();
+        models.iter().find_map(|settings| {
+            let Newton { model, iterate, .. } = &mut own;
+            let solved = model.solve(problem, inequalities, iterate, *settings);
+            solved.ok().map(|()| std::mem::take(&mut model.gains))
+        })
+    }
+
+    /// Gains by which all commands answer to all coordinates.
+    fn gains_of_commands<const X: usize, const U: usize>(
+        &self,
+        gains: &[SMatrix<f64, U, X>],
+    ) -> Vec<SMatrix<f64, MAX_COMMANDS, 12>>
+    where
+        C: Class<X, U>,
+    {
+        let selection = self.class.selection();
+        let widened = |own: &SMatrix<f64, U, X>| {
+            let mut wide = SMatrix::<f64, MAX_COMMANDS, 12>::zeros();
+            wide.fixed_columns_mut::<X>(C::FIRST)
+                .copy_from(&(selection * own));
+            wide
+        };
+        gains.iter().map(widened).collect()
     }
 
     /// Gains that answer in force and moment to all coordinates.
@@ -252,6 +296,7 @@ impl<C> Solver<'_, C> {
             controls: commands.iter().map(|w| actuation.load(w)).collect(),
             multipliers: vec![SVector::zeros(); transfer.intervals],
             feedback: Vec::new(),
+            actuator_feedback: Vec::new(),
             cost: commands.iter().map(|w| actuation.cost(transfer.h, w)).sum(),
             paid: 0.0,
             commands,
@@ -263,16 +308,13 @@ impl<C> Solver<'_, C> {
 
 /// Models that certify a plan: the exact Hessian with increasing augmentation, then the Gauss–Newton model. The latter
 /// is always convex and gives gains for plans that are not minima.
-const MODELS: [ModelSettings; 5] = [
-    exact(10.0),
-    exact(1e3),
-    exact(1e5),
-    exact(1e7),
-    ModelSettings {
-        curvature: 0.0,
-        ..exact(10.0)
-    },
-];
+const MODELS: [ModelSettings; 5] = [exact(10.0), exact(1e3), exact(1e5), exact(1e7), LINEAR];
+
+/// The model of linear dynamics.
+const LINEAR: ModelSettings = ModelSettings {
+    curvature: 0.0,
+    ..exact(10.0)
+};
 
 const fn exact(augmentation: f64) -> ModelSettings {
     ModelSettings {

@@ -112,6 +112,7 @@ fn turned(transfer: &Transfer, plan: Plan) -> Plan {
     Plan {
         commands: commands.collect(),
         feedback: Vec::new(),
+        actuator_feedback: Vec::new(),
         sweep: Sweep::default(),
         ..plan
     }

@@ -9,6 +9,7 @@ mod class;
 mod constrained;
 mod coupling;
 mod crest;
+mod deviations;
 mod drifted;
 mod error;
 mod finish;

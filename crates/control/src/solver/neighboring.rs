@@ -12,7 +12,7 @@ use crate::problem::TerminalSet;
 use crate::riccati::Scale;
 use crate::sweep::Known;
 use crate::units::Units;
-use crate::{Plan, Sweep};
+use crate::{MAX_COMMANDS, Plan, Sweep};
 
 /// Distance from the plan that the policies were computed for, relative to the size of each quantity, up to which its
 /// gains, condition and convexity hold: gains change by about as much.
@@ -24,6 +24,7 @@ const FLOWN: f64 = 0.25;
 /// What a plan takes over from the plan before.
 pub(super) struct Inherited {
     pub(super) feedback: Vec<SMatrix<f64, 6, 12>>,
+    pub(super) actuator_feedback: Vec<SMatrix<f64, MAX_COMMANDS, 12>>,
     pub(super) sweep: Sweep,
 }
 
@@ -96,6 +97,7 @@ impl<C> Solver<'_, C> {
         }
         self.inherited = Some(Inherited {
             feedback: plan.feedback.clone(),
+            actuator_feedback: plan.actuator_feedback.clone(),
             sweep: plan
                 .sweep
                 .moved(apart, &newton.iterate.nu.component_mul(&own.multipliers())),

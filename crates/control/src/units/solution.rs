@@ -103,6 +103,11 @@ impl Units {
                 column.component_mul_assign(&(loads / *variation));
             }
         }
+        for gain in &mut plan.actuator_feedback {
+            for (mut column, variation) in gain.column_iter_mut().zip(&variations) {
+                column.component_mul_assign(&(self.commands / *variation));
+            }
+        }
         plan
     }
 

@@ -217,7 +217,11 @@ fn entered(transfer: &Transfer, plan: &Plan) -> Plan {
 }
 
 /// A plan of [`stated`] as one of the transfer, with the states of its flight, whose end is so far from that of the plan.
-fn left(transfer: &Transfer, plan: Plan, flight: Flight, apart: f64) -> Plan {
+fn left(transfer: &Transfer, mut plan: Plan, flight: Flight, apart: f64) -> Plan {
+    // What is stored is in the place of linear momenta, and what is exchanged in that of positions.
+    for gain in &mut plan.actuator_feedback {
+        gain.fixed_columns_mut::<6>(0).fill(0.0);
+    }
     let certificate = Certificate {
         terminal: plan.certificate.terminal.max(apart),
         ..plan.certificate
@@ -237,12 +241,17 @@ fn left(transfer: &Transfer, plan: Plan, flight: Flight, apart: f64) -> Plan {
 /// The transfer as that of a gyrostat along the orbit of a plan, under the limits of speeds, and the plan with what is stored in
 /// the place of linear momenta. Positions are those of the orbit, also where the gyrostat has exchanged momenta in their place.
 pub(crate) fn restated(transfer: &Transfer, plan: &Plan) -> (Transfer, Plan) {
-    let orbit = plan.states.iter().map(|state| state.position).collect();
-    let mut restated = stated(transfer, orbit);
+    let (mut restated, plan) = along(transfer, plan);
     if let Some(speeds) = Speeds::of(transfer) {
         speeds.impose(transfer, &mut restated);
     }
-    (restated, entered(transfer, plan))
+    (restated, plan)
+}
+
+/// [`restated`] without limits of speeds.
+pub(crate) fn along(transfer: &Transfer, plan: &Plan) -> (Transfer, Plan) {
+    let orbit = plan.states.iter().map(|state| state.position).collect();
+    (stated(transfer, orbit), entered(transfer, plan))
 }
 
 fn left_error(transfer: &Transfer, error: PlanError) -> PlanError {

@@ -12,7 +12,7 @@ use lgvi_dynamics::{BodyState, Inertia, Load, Method, RigidBody, Simulation, Sys
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, Vector3, Vector6};
 
-const FLIGHTS: usize = 10_000;
+pub(crate) const FLIGHTS: usize = 10_000;
 
 fn body() -> RigidBody {
     let inertia = Inertia::principal([1.0, 1.4, 1.9]).expect("inertia");
@@ -41,12 +41,12 @@ fn planned(transfer: &Transfer) -> Result<Plan, PlanError> {
     solve(transfer, Start::Cold, &NewtonSettings::default(), |_| true)
 }
 
-fn normal(rng: &mut Rng) -> f64 {
+pub(crate) fn normal(rng: &mut Rng) -> f64 {
     let radius = (-2.0 * (1.0 - rng.f64()).ln()).sqrt();
     radius * (std::f64::consts::TAU * rng.f64()).cos()
 }
 
-fn normals(rng: &mut Rng) -> Vector3<f64> {
+pub(crate) fn normals(rng: &mut Rng) -> Vector3<f64> {
     Vector3::from_fn(|_, _| normal(rng))
 }
 
@@ -100,7 +100,7 @@ fn violations(
 }
 
 /// The promised rate holds at every step within three standard errors of the count, and is made use of.
-fn check(name: &str, rates: &[f64], confidence: f64) {
+pub(crate) fn check(name: &str, rates: &[f64], confidence: f64) {
     let promised = 1.0 - confidence;
     let error = 3.0 * (promised * confidence / FLIGHTS as f64).sqrt();
     let largest = rates.iter().copied().fold(0.0, f64::max);
@@ -214,6 +214,7 @@ fn flights_in_a_corridor_stay_with_the_promised_rate() {
         force_error: 0.02,
         moment_error: 0.02,
         feedback: true,
+        ..Uncertainty::default()
     };
     let confidence = 0.97;
     let chances = Chances::new(uncertainty, confidence).expect("chances");

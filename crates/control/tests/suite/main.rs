@@ -2,6 +2,7 @@
 
 #![allow(clippy::expect_used, clippy::panic, clippy::print_stdout)]
 
+mod actuator_chances;
 mod automatic;
 mod between;
 mod case;

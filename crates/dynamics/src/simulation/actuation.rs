@@ -145,6 +145,22 @@ impl Simulation {
         }
     }
 
+    /// Sets the factors by which the motors of a body's wheels exert other torques than they are asked for, one per wheel. Without
+    /// wheels it does nothing.
+    pub fn set_wheel_factors(&mut self, body: usize, factors: &[f64]) {
+        if let Some(wheels) = self.system.bodies_mut()[body].wheels_mut() {
+            wheels.set_factors(factors);
+        }
+    }
+
+    /// Sets the factors, ≥ 0, by which a body's thrusters exert other forces than they are told to, one per thruster. Without
+    /// thrusters it does nothing.
+    pub fn set_thruster_factors(&mut self, body: usize, factors: &[f64]) {
+        if let Some(thrusters) = self.system.bodies_mut()[body].thrusters_mut() {
+            thrusters.set_factors(factors);
+        }
+    }
+
     /// Asks a body's engine for the force of a load from the next step on. Returns what is left of the load to
     /// [advance](Self::advance) with: all of it without an engine.
     pub fn command(&mut self, body: usize, load: Load) -> Load {

@@ -115,6 +115,8 @@ pub struct Thrusters {
     engine: Option<Engine>,
     propellant: Propellant,
     condition: Condition,
+    /// Factors between the forces that open valves exert and those of the thrusters.
+    factors: Vec<f64>,
     /// The body with all its propellant.
     loaded: Option<Loaded>,
 }
@@ -285,6 +287,7 @@ impl Thrusters {
                 propellant: mass,
                 ..Condition::default()
             },
+            factors: vec![1.0; count],
             thrusters,
             engine: None,
             propellant,
@@ -328,6 +331,12 @@ impl Thrusters {
         self.condition.commands.copy_from_slice(thrust);
     }
 
+    /// Sets the factors, ≥ 0, by which the thrusters exert other forces than they are told to, one per thruster. Their propellant
+    /// flows out with these forces.
+    pub fn set_factors(&mut self, factors: &[f64]) {
+        self.factors.copy_from_slice(factors);
+    }
+
     /// What changes from step to step.
     pub(crate) fn condition(&self) -> &Condition {
         &self.condition
@@ -345,7 +354,7 @@ impl Thrusters {
                 let open = thruster.opening(state.commands[index], period * step);
                 valve.pulse(thruster.delay / step, open / step);
             }
-            state.states[index].thrust = valve.pass() * thruster.thrust;
+            state.states[index].thrust = valve.pass() * thruster.thrust * self.factors[index];
         }
         state.step = state.step.saturating_add(1);
         let command = state.engine_command;

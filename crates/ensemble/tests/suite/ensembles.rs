@@ -11,8 +11,8 @@ use std::sync::atomic::AtomicU64;
 use lgvi_dynamics::lanes::Width;
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_ensemble::{
-    Campaign, Commands, EnsembleError, FailureKind, FlownBy, Guidance, MergeOptions, Options,
-    Report, Row, Settings, Store, Summary, draw, merge, run,
+    Campaign, Command, Commands, EnsembleError, FailureKind, FlownBy, Guidance, MergeOptions,
+    Options, Report, Row, Settings, Store, Summary, draw, merge, run,
 };
 use lgvi_scene::Scene;
 use nalgebra::Vector3;
@@ -551,25 +551,116 @@ impl Commands for Push {
         1000
     }
 
-    fn at(&self, _step: u64, state: &BodyState) -> Load {
+    fn have_feedback(&self) -> bool {
+        true
+    }
+
+    fn at(&self, _step: u64, state: &BodyState) -> Command {
         let gain = if self.corrected { 50.0 } else { 0.0 };
         let error = state.linear_momentum - Vector3::new(0.983, 0.0, 0.0);
-        Load {
+        Command::Load(Load {
             force: -gain * error,
             moment: Vector3::zeros(),
-        }
+        })
     }
 }
 
+/// An engine that errs uses propellant by the force that it exerts.
 #[test]
-fn a_maneuver_by_an_engine_is_refused() {
+fn a_maneuver_by_an_engine_uses_propellant() {
     let text = include_str!("../../../../scenes/earth_mars.toml");
-    let table = "\n[ensemble]\nsamples = 4\nseed = 3\n\n[[ensemble.bodies]]\nbody = \"spacecraft\"\nvelocity = 0.01\n";
+    let table = "\n[ensemble]\nsamples = 20\nseed = 3\nforce_error = 0.05\n";
     let scene = Scene::parse("earth_mars", &format!("{text}{table}")).unwrap();
-    let guidance = Guidance::OpenLoop(vec![Load::default(); 400]);
-    match Campaign::new(&scene, Settings::default(), guidance).err() {
-        Some(EnsembleError::Engine(body)) => assert_eq!(body, "spacecraft"),
-        other => panic!("{other:?}"),
+    let of = |force| {
+        let moment = Vector3::zeros();
+        let guidance = Guidance::OpenLoop(vec![Load { force, moment }; 400]);
+        Campaign::new(&scene, Settings::default(), guidance).unwrap()
+    };
+    let body = &scene.bodies[0].body;
+    let engine = body.thrusters().unwrap().engine().unwrap();
+    let push = of(0.2 * engine.thrust * Vector3::x());
+    assert!(matches!(push.flown_by(), FlownBy::Simulation { .. }));
+    let all = body.thrusters().unwrap().propellant_left() * scene.units.mass;
+    for row in push.fly(0..20, Width::One) {
+        let factor = value(&push, &row, "force_factor.x");
+        assert!(factor != 1.0 && (factor - 1.0).abs() < 0.3);
+        let used = 0.2 * factor * engine.thrust * scene.duration / engine.exhaust_velocity;
+        let expected = all - used * scene.units.mass;
+        let left = value(&push, &row, "spacecraft.final.propellant");
+        assert!((left - expected).abs() < 1e-9 * all, "{left} {expected}");
+    }
+}
+
+/// Thrusters and wheels exert what they are asked for times the factor of each in its sample.
+#[test]
+fn maneuvers_by_thrusters_and_wheels_are_flown_with_an_error_of_each() {
+    struct Constant(Vec<f64>);
+    impl Commands for Constant {
+        fn steps(&self) -> u64 {
+            20
+        }
+        fn have_feedback(&self) -> bool {
+            false
+        }
+        fn at(&self, _step: u64, _state: &BodyState) -> Command {
+            Command::Efforts(self.0.clone())
+        }
+    }
+    let thrusters = include_str!("../../../../scenes/thruster_rendezvous.toml");
+    let wheels = include_str!("../../../../scenes/wheel_slew_plan.toml");
+    for text in [thrusters, wheels] {
+        let table = "\n[ensemble]\nsamples = 8\nseed = 3\nactuator_error = 0.1\n";
+        let scene = Scene::parse("actuators", &format!("{text}{table}")).unwrap();
+        let maneuver = scene.maneuver.as_ref().unwrap();
+        let count = maneuver.actuators();
+        let given: Vec<_> = (0..count)
+            .map(|index| 1e-4 * (1.0 + index as f64))
+            .collect();
+        let guidance = Guidance::StepByStep(Box::new(Constant(given.clone())));
+        let campaign = Campaign::new(&scene, Settings::default(), guidance).unwrap();
+        let ensemble = scene.ensemble.as_ref().unwrap();
+        for row in campaign.fly(0..8, Width::Eight) {
+            let sample = ensemble.sample(row.index);
+            let factors = &sample.actuators.actuators;
+            assert_eq!(factors.len(), count);
+            let exerted = given
+                .iter()
+                .zip(factors)
+                .enumerate()
+                .map(|(index, (given, factor))| {
+                    let name = format!("actuator_factor.{index}");
+                    assert_eq!(value(&campaign, &row, &name), *factor);
+                    given * factor
+                });
+            let exerted: Vec<_> = exerted.collect();
+            let (system, states) = sample.system(&scene).unwrap();
+            let (bodies, scheme) = (system.bodies().to_vec(), scene.scheme().unwrap());
+            let mut flight = scene.simulation_of(bodies, states, scheme).unwrap();
+            let loads = vec![Load::default(); scene.bodies.len()];
+            for _ in 0..scene.steps {
+                match maneuver.commands() {
+                    lgvi_scene::Commands::Wheels => {
+                        flight.set_wheel_commands(maneuver.body, &exerted)
+                    }
+                    _ => flight.set_thruster_commands(maneuver.body, &exerted),
+                }
+                flight.advance(&loads).unwrap();
+            }
+            let (state, body) = (flight.states()[maneuver.body], maneuver.body);
+            let expected = state.angular_velocity(&scene.bodies[body].body) / scene.units.time;
+            let name = &scene.bodies[body].name;
+            for (axis, expected) in ["x", "y", "z"].into_iter().zip(&expected) {
+                let found = value(
+                    &campaign,
+                    &row,
+                    &format!("{name}.final.angular_velocity.{axis}"),
+                );
+                assert!(
+                    (found - expected).abs() < 1e-10 * expected.abs().max(1e-2),
+                    "{found} {expected}"
+                );
+            }
+        }
     }
 }
 
@@ -603,9 +694,9 @@ fn maneuvers_are_flown_with_errors_of_their_actuators() {
         );
         assert!(value(&open, row, "miss.position") > 0.1);
     }
-    let corrected = of(Guidance::Feedback(Box::new(Push { corrected: true }))).unwrap();
+    let corrected = of(Guidance::StepByStep(Box::new(Push { corrected: true }))).unwrap();
     assert!(matches!(corrected.flown_by(), FlownBy::Simulation { .. }));
-    let free = of(Guidance::Feedback(Box::new(Push { corrected: false }))).unwrap();
+    let free = of(Guidance::StepByStep(Box::new(Push { corrected: false }))).unwrap();
     let scatter = |campaign: &Campaign<'_>| {
         let rows = campaign.fly(0..40, Width::One);
         let all = rows
@@ -662,15 +753,19 @@ impl Commands for Law {
         self.0.controls.len() as u64
     }
 
-    fn at(&self, step: u64, state: &BodyState) -> Load {
+    fn have_feedback(&self) -> bool {
+        true
+    }
+
+    fn at(&self, step: u64, state: &BodyState) -> Command {
         let k = step as usize;
         let off = lgvi_control::miss(&self.0.states[k], state);
         let change = self.0.feedback[k] * off;
         let control = self.0.controls[k];
-        Load {
+        Command::Load(Load {
             force: control.force - change.fixed_rows::<3>(0),
             moment: control.moment - change.fixed_rows::<3>(3),
-        }
+        })
     }
 }
 
@@ -684,7 +779,7 @@ fn violations_of_constraints_with_a_probability_are_counted() {
     let start = lgvi_control::Start::Cold;
     let plan = lgvi_control::solve(&transfer, start, &settings, |_| true).unwrap();
     let law = || Box::new(Law(plan.clone()));
-    let campaign = Campaign::new(&scene, Settings::default(), Guidance::Feedback(law())).unwrap();
+    let campaign = Campaign::new(&scene, Settings::default(), Guidance::StepByStep(law())).unwrap();
     assert!(matches!(campaign.flown_by(), FlownBy::Simulation { .. }));
     let columns = [
         "violation",
@@ -725,7 +820,9 @@ fn violations_of_constraints_with_a_probability_are_counted() {
         let mut flight = scene.simulation_of(bodies, states, scheme).unwrap();
         let mut least = f64::INFINITY;
         for step in 0..scene.steps {
-            let load = law.at(step, &flight.states()[1]);
+            let Command::Load(load) = law.at(step, &flight.states()[1]) else {
+                panic!("no force");
+            };
             let loads = [Load::default(), sample.actuators.apply(&load)];
             flight.advance(&loads).unwrap();
             least = least.min(flight.states()[1].position.norm());

@@ -3,7 +3,7 @@ use std::f64::consts::PI;
 use lgvi_dynamics::Mobility;
 
 use crate::file::{DisturbanceFile, DisturbedBodyFile};
-use crate::{Commands, Disturbance, Scene, SceneError, StateDeviation};
+use crate::{Commands, Disturbance, Maneuver, Scene, SceneError, StateDeviation};
 
 /// Compiles the disturbance of a scene that is complete except for it.
 pub(super) fn disturbance(
@@ -14,17 +14,12 @@ pub(super) fn disturbance(
         let expected = "none without a `maneuver`, whose body it disturbs";
         return Err(SceneError::value("disturbance.seed", file.seed, expected));
     };
-    for (key, error) in [
-        ("force_error", file.force_error),
-        ("moment_error", file.moment_error),
-    ] {
-        let commands = maneuver.commands();
-        if commands != Commands::Loads && error != 0.0 {
-            let name = commands.name();
-            let expected = format!("0 where the commands of the maneuver are \"{name}\"");
-            let key = format!("disturbance.{key}");
-            return Err(SceneError::value(key, error, expected));
-        }
+    let errors = [file.force_error, file.moment_error, file.actuator_error];
+    check_errors("disturbance", maneuver, errors)?;
+    if maneuver.replan.is_some() && file.actuator_error != 0.0 {
+        let expected = "0 beside `maneuver.replan`: plans made in flight do not hear of propellant and the momenta of wheels";
+        let key = "disturbance.actuator_error";
+        return Err(SceneError::value(key, file.actuator_error, expected));
     }
     let by_engine = scene.bodies[maneuver.body].has_engine();
     if by_engine && maneuver.replan.is_some() && file.force_error != 0.0 {
@@ -47,6 +42,8 @@ pub(super) fn disturbance(
         seed: file.seed,
         force_error: deviation(key("force_error"), file.force_error)?,
         moment_error: deviation(key("moment_error"), file.moment_error)?,
+        actuator_error: deviation(key("actuator_error"), file.actuator_error)?,
+        actuators: maneuver.actuators(),
         state: StateDeviation {
             position: deviation(key("position"), file.position)?,
             velocity: deviation(key("velocity"), file.velocity)?,
@@ -55,6 +52,41 @@ pub(super) fn disturbance(
         },
         others,
     })
+}
+
+/// Refuses errors of force, moment and actuators that the maneuver does not command.
+pub(super) fn check_errors(
+    table: &str,
+    maneuver: &Maneuver,
+    [force, moment, actuator]: [f64; 3],
+) -> Result<(), SceneError> {
+    let commands = maneuver.commands();
+    let by_load = commands == Commands::Loads;
+    for (name, error, commanded) in [
+        ("force_error", force, by_load),
+        ("moment_error", moment, by_load),
+        ("actuator_error", actuator, !by_load),
+    ] {
+        if error != 0.0 && !commanded {
+            let expected = match by_load {
+                true => {
+                    "0 unless the commands of the maneuver are \"thrusters\" or \"wheels\"".into()
+                }
+                false => {
+                    let commands = commands.name();
+                    format!(
+                        "0 where the commands of the maneuver are \"{commands}\": `actuator_error` is that of each"
+                    )
+                }
+            };
+            return Err(SceneError::value(
+                format!("{table}.{name}"),
+                error,
+                expected,
+            ));
+        }
+    }
+    Ok(())
 }
 
 /// The index of a body that is not maneuvered, and its deviations.

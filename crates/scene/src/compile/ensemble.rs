@@ -2,8 +2,9 @@ use std::f64::consts::PI;
 
 use lgvi_dynamics::{MassDistribution, Mobility};
 
+use super::disturbance::check_errors;
 use crate::file::{EnsembleFile, SpreadFile};
-use crate::{Ensemble, Scene, SceneError, Spread};
+use crate::{Ensemble, Maneuver, Scene, SceneError, Spread};
 
 /// Largest number of samples: files are named by numbers of ten digits.
 const MOST_SAMPLES: u64 = 9_999_999_999;
@@ -34,12 +35,17 @@ pub(super) fn ensemble(scene: &Scene, file: &EnsembleFile) -> Result<Ensemble, S
     for (name, value) in [
         ("force_error", file.force_error),
         ("moment_error", file.moment_error),
+        ("actuator_error", file.actuator_error),
     ] {
         let key = format!("ensemble.{name}");
         if deviation(&key, value)? > 0.0 && scene.maneuver.is_none() {
             let expected = "0 without a `maneuver`, whose actuators err";
             return Err(SceneError::value(key, value, expected));
         }
+    }
+    if let Some(maneuver) = &scene.maneuver {
+        let errors = [file.force_error, file.moment_error, file.actuator_error];
+        check_errors("ensemble", maneuver, errors)?;
     }
     let mut spreads = vec![Spread::default(); scene.bodies.len()];
     for (index, file) in file.bodies.iter().enumerate() {
@@ -63,6 +69,8 @@ pub(super) fn ensemble(scene: &Scene, file: &EnsembleFile) -> Result<Ensemble, S
         seed: file.seed,
         force_error: file.force_error,
         moment_error: file.moment_error,
+        actuator_error: file.actuator_error,
+        actuators: scene.maneuver.as_ref().map_or(0, Maneuver::actuators),
         spreads,
     })
 }

@@ -12,6 +12,9 @@ pub(crate) struct DisturbanceFile {
     /// Standard deviation of a constant relative error of each component of the moment, body axes.
     #[serde(default)]
     pub moment_error: f64,
+    /// Standard deviation of a constant relative error of each thruster or reaction wheel that `maneuver` commands.
+    #[serde(default)]
+    pub actuator_error: f64,
     /// Standard deviation of each component of the initial position.
     #[serde(default)]
     pub position: f64,

@@ -14,6 +14,9 @@ pub(crate) struct EnsembleFile {
     /// Standard deviation of a constant relative error of each component of the moment; only with a maneuver.
     #[serde(default)]
     pub moment_error: f64,
+    /// Standard deviation of a constant relative error of each thruster or reaction wheel that `maneuver` commands.
+    #[serde(default)]
+    pub actuator_error: f64,
     /// The dispersed bodies.
     #[serde(default)]
     pub bodies: Vec<SpreadFile>,

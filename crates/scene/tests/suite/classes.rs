@@ -297,7 +297,7 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
         ),
         (
             "commands = \"thrusters\"\nfeedback = true",
-            SECOND,
+            uses,
             "maneuver.feedback",
         ),
         (
@@ -339,6 +339,16 @@ fn what_does_not_fit_thrusters_is_refused_with_its_key() {
             with,
             &format!("{SECOND}\n[disturbance]\nseed = 1\nforce_error = 0.1"),
             "disturbance.force_error",
+        ),
+        (
+            with,
+            &format!("{SECOND}\n[ensemble]\nseed = 1\nsamples = 2\nmoment_error = 0.1"),
+            "ensemble.moment_error",
+        ),
+        (
+            "commands = \"thrusters\"\nreplan = { every = 5, deadline = 1.0 }",
+            &format!("{SECOND}\n[disturbance]\nseed = 1\nactuator_error = 0.1"),
+            "disturbance.actuator_error",
         ),
         (
             "commands = \"thrusters\"\nprocessed = true",
@@ -548,7 +558,11 @@ fn what_does_not_fit_wheels_is_refused_with_its_key() {
             SECOND_WHEEL,
             "maneuver.moment_weight",
         ),
-        (&given("feedback = true"), SECOND_WHEEL, "maneuver.feedback"),
+        (
+            &given("feedback = true\nreplan = { every = 5, deadline = 1.0 }"),
+            SECOND_WHEEL,
+            "maneuver.feedback",
+        ),
         (
             &given("dynamics = \"lie_euler\""),
             SECOND_WHEEL,
@@ -574,6 +588,11 @@ fn what_does_not_fit_wheels_is_refused_with_its_key() {
             WITH_WHEELS,
             &format!("{SECOND_WHEEL}\n[disturbance]\nseed = 1\nmoment_error = 0.1"),
             "disturbance.moment_error",
+        ),
+        (
+            WITH_WHEELS,
+            &format!("{SECOND_WHEEL}\n[ensemble]\nseed = 1\nsamples = 2\nactuator_error = -0.1"),
+            "ensemble.actuator_error",
         ),
     ] {
         let refused = by_wheels(keys, second).err().unwrap_or_default();

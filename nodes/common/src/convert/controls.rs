@@ -2,9 +2,9 @@ use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::geometry_msgs::Vector3;
 use lgvi_msgs::msg::ControlSequence;
 use lgvi_msgs::stamp::StampError;
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, Scene};
 
-use super::feedback::{Gain, Limits, gain_si, reference};
+use super::feedback::{DEVIATIONS, Gain, Limits, gain_si, reference, row_units};
 use super::header;
 
 /// The law `u = u* − K δz` of a sequence, in the scene's units.
@@ -53,6 +53,44 @@ pub fn control_sequence(
         feedback: gains.collect(),
         limits: law.limits.to_si(units),
         ..ControlSequence::default()
+    })
+}
+
+/// The message of what thrusters or wheels of `body` are asked for from `first_step` on, in the scene's units and by rows an interval,
+/// with their law or in open loop: the states that belong to them at the start of each interval, and the rows of gains.
+///
+/// # Errors
+/// A stamp that ROS time cannot hold.
+pub fn actuator_sequence(
+    scene: &Scene,
+    body: usize,
+    first_step: u64,
+    commands: Commands,
+    efforts: &[f64],
+    law: Option<(&[BodyState], &[f64])>,
+) -> Result<ControlSequence, StampError> {
+    let units = &scene.units;
+    let unit = match commands {
+        Commands::Wheels => units.energy(),
+        Commands::Thrusters | Commands::Loads => units.force(),
+    };
+    let efforts = efforts.iter().map(|effort| effort * unit).collect();
+    let [thrust, wheel_torque] = match commands {
+        Commands::Wheels => [Vec::new(), efforts],
+        Commands::Thrusters | Commands::Loads => [efforts, Vec::new()],
+    };
+    let (references, gains) = law.unwrap_or_default();
+    let name = &scene.bodies[body].name;
+    let row = row_units(unit, units);
+    let gains = gains
+        .chunks(DEVIATIONS)
+        .flat_map(|gains| gains.iter().zip(row));
+    Ok(ControlSequence {
+        thrust,
+        wheel_torque,
+        reference: (references.iter().map(|state| reference(name, state, units))).collect(),
+        feedback: gains.map(|(gain, unit)| gain * unit).collect(),
+        ..control_sequence(scene, body, first_step, &[], None)?
     })
 }
 

@@ -1,13 +1,16 @@
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_msgs::msg::{self, ControlLimits};
-use lgvi_msgs::shm::{BodySample, Name};
+use lgvi_msgs::shm::Name;
 use lgvi_scene::Units;
 use nalgebra::{SMatrix, Vector3};
 
-use super::{body_sample, body_state};
+use super::body_sample;
+
+/// The number of deviations of a state, which are the columns of a gain.
+pub const DEVIATIONS: usize = 12;
 
 /// Rows and columns of a gain.
-const SIZE: (usize, usize) = (6, 12);
+const SIZE: (usize, usize) = (6, DEVIATIONS);
 
 /// Elements of a gain.
 pub const GAIN: usize = SIZE.0 * SIZE.1;
@@ -93,14 +96,9 @@ fn hold(vector: &Vector3<f64>, components: &Vector3<f64>, norm: f64) -> Vector3<
     }
 }
 
-impl Correction {
-    /// That of an interval's part of a message, `K` by rows.
-    pub fn from_si(reference: &msg::BodyState, gain: &[f64; GAIN], units: &Units) -> Self {
-        Self {
-            reference: body_state(&BodySample::unnamed(reference), units),
-            gain: Gain::from_row_slice(gain).component_div(&gain_units(units)),
-        }
-    }
+/// The gain of an interval's part of a message, by rows.
+pub fn gain_from_si(gain: &[f64; GAIN], units: &Units) -> Gain {
+    Gain::from_row_slice(gain).component_div(&gain_units(units))
 }
 
 /// The message of the reference state of the body `name`.
@@ -119,14 +117,19 @@ pub fn gain_si(gain: &Gain, units: &Units) -> [f64; GAIN] {
 
 /// The SI size of a gain of 1 in the scene's units, element by element.
 fn gain_units(units: &Units) -> Gain {
-    let rows = [units.force(), units.energy()];
+    let rows = [units.force(), units.energy()].map(|unit| row_units(unit, units));
+    Gain::from_fn(|row, column| rows[row / 3][column])
+}
+
+/// The SI sizes of the elements of a row of gains that are 1 in the scene's units, where that of what the row commands is `effort`.
+pub fn row_units(effort: f64, units: &Units) -> [f64; DEVIATIONS] {
     let columns = [
         units.length,
         units.momentum(),
         1.0,
         units.angular_momentum(),
     ];
-    Gain::from_fn(|row, column| rows[row / 3] / columns[column / 3])
+    std::array::from_fn(|column| effort / columns[column / 3])
 }
 
 #[cfg(test)]

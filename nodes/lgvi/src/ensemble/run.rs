@@ -12,7 +12,7 @@ use lgvi_ensemble::{self as ensemble, Campaign, FlownBy, Guidance, Place, Settin
 use lgvi_middleware::Shutdown;
 use lgvi_middleware::node::NodeError;
 use lgvi_review::check_threads;
-use lgvi_scene::Scene;
+use lgvi_scene::{Commands, NamedBody, Scene};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 
@@ -167,16 +167,8 @@ pub(crate) fn run(options: &Options) -> Result<ExitCode, NodeError> {
 
 /// The controls of the scene's maneuver: its plan for the nominal scene, made once.
 fn guidance(scene: &Scene, shutdown: &Shutdown) -> Result<Guidance, NodeError> {
-    let Some(maneuver) = &scene.maneuver else {
+    if scene.maneuver.is_none() {
         return Ok(Guidance::None);
-    };
-    let commands = maneuver.commands();
-    if commands != lgvi_scene::Commands::Loads {
-        let name = commands.name();
-        let message = format!(
-            "`maneuver.commands` is \"{name}\", expected a maneuver by force and moment: samples are not flown by {name}"
-        );
-        return Err(NodeError::Input(message));
     }
     let plan = lgvi_planner::plan(scene, &mut |_| !shutdown.requested());
     let plan = plan.map_err(|error| {
@@ -203,10 +195,21 @@ fn remarks(campaign: &Campaign<'_>, scene: &Scene) -> Vec<String> {
     if !scene.sensors.is_empty() {
         remarks.push("sensors were not read: nobody listens, and no sample depends on them".into());
     }
-    if scene.bodies.iter().any(|body| !body.wheels.is_empty()) {
+    let commanded = |body: usize, commands: Commands| {
+        let mut maneuver = scene.maneuver.iter();
+        maneuver.any(|maneuver| maneuver.body == body && maneuver.commands() == commands)
+    };
+    let mut bodies = scene.bodies.iter().enumerate();
+    let coast = |(index, body): (usize, &NamedBody)| {
+        !body.wheels.is_empty() && !commanded(index, Commands::Wheels)
+    };
+    if bodies.clone().any(coast) {
         remarks.push("reaction wheels coasted: there is no controller".into());
     }
-    if scene.bodies.iter().any(|body| !body.thrusters.is_empty()) {
+    let shut = |(index, body): (usize, &NamedBody)| {
+        !body.thrusters.is_empty() && !commanded(index, Commands::Thrusters)
+    };
+    if bodies.any(shut) {
         remarks.push("thrusters were shut: there is no controller".into());
     }
     remarks

@@ -45,7 +45,7 @@ impl Answers {
                 Err(error) => Err(ControlError::Undecodable(error.to_string())),
             };
             match checked {
-                Ok((controls, _)) if controls.law.is_some() => {
+                Ok((controls, _)) if controls.has_law() => {
                     self.refuse("it has a feedback law, expected an open loop");
                 }
                 Ok((controls, message)) => {

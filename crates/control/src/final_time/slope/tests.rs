@@ -141,6 +141,7 @@ fn the_derivative_of_the_lagrangian_is_that_of_differences() {
                 commands: (0..N).map(command).collect(),
                 multipliers: (0..N).map(multipliers).collect(),
                 feedback: Vec::new(),
+                actuator_feedback: Vec::new(),
                 sweep: crate::Sweep::default(),
                 cost: 0.0,
                 paid: 0.0,

@@ -1,7 +1,7 @@
 use lgvi_control::{Chances, Uncertainty};
 
 use crate::file::ManeuverFile;
-use crate::{Commands, Disturbance, Ensemble, Maneuver, Scene, SceneError, Spread, StateDeviation};
+use crate::{Disturbance, Ensemble, Maneuver, Scene, SceneError, Spread, StateDeviation};
 
 const KEY: &str = "maneuver.confidence";
 
@@ -16,10 +16,12 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
         ("final_time", maneuver.final_time.is_some()),
         ("replan", maneuver.replan.is_some()),
         ("processed", maneuver.processed),
-        ("commands", maneuver.commands() != Commands::Loads),
     ];
     if let Some((other, _)) = others.iter().find(|(_, given)| *given) {
         return refused(format!("none beside `{other}`"));
+    }
+    if maneuver.uses_propellant(scene) {
+        return refused("none where thrusters use propellant".into());
     }
     if maneuver.all_constraints().all(|one| one.is_on_commands()) {
         return refused("none without a constraint on states".into());
@@ -97,6 +99,7 @@ fn of_ensemble(maneuver: &Maneuver, ensemble: &Ensemble) -> Uncertainty {
         angular_velocity: spread.angular_velocity,
         force_error: ensemble.force_error,
         moment_error: ensemble.moment_error,
+        actuator_error: ensemble.actuator_error,
         feedback: maneuver.feedback,
     }
 }
@@ -110,6 +113,7 @@ fn of_disturbance(disturbance: &Disturbance, feedback: bool) -> Uncertainty {
         angular_velocity: state.angular_velocity,
         force_error: disturbance.force_error,
         moment_error: disturbance.moment_error,
+        actuator_error: disturbance.actuator_error,
         feedback,
     }
 }

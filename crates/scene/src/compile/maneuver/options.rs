@@ -15,6 +15,9 @@ const MAX_STARTS: u32 = 10_000;
 /// Largest number of steps of a sequence with feedback: the capacity of shared memory.
 const MAX_FEEDBACK_STEPS: u64 = 100_000;
 
+/// The rows of a gain for force and moment. More thrusters or wheels have as many rows as there are.
+const ROWS: usize = 6;
+
 /// Largest number of forces of thrusters or torques of wheels in a sequence, likewise.
 const MAX_EFFORTS: u64 = 10_000_000;
 
@@ -147,8 +150,10 @@ pub(super) fn check_combination(
         let expected = "false where `cost` is \"fuel\": commands at their limits do not respond";
         return Err(SceneError::value("maneuver.feedback", true, expected));
     }
-    if maneuver.feedback && scene.steps > MAX_FEEDBACK_STEPS {
-        let expected = format!("at most {MAX_FEEDBACK_STEPS} steps beside `maneuver.feedback`");
+    let rows = maneuver.actuators().max(ROWS) as u64;
+    let most = MAX_FEEDBACK_STEPS * ROWS as u64 / rows;
+    if maneuver.feedback && scene.steps > most {
+        let expected = format!("at most {most} steps beside `maneuver.feedback`");
         return Err(SceneError::value("run.steps", scene.steps, expected));
     }
     check_phases(maneuver)?;
@@ -256,10 +261,9 @@ fn check_actuators(
             "\"lgvi\"",
             maneuver.dynamics != Dynamics::Lgvi,
         ),
-        ("feedback", "true", "false", maneuver.feedback),
     ];
     let Some((key, value, expected, _)) = others.iter().find(|(.., wrong)| *wrong) else {
-        return Ok(());
+        return check_actuator_feedback(scene, maneuver);
     };
     Err(SceneError::Value {
         line: None,
@@ -267,6 +271,25 @@ fn check_actuators(
         value: (*value).into(),
         expected: format!("{expected} where `commands` is \"{name}\""),
     })
+}
+
+/// Refuses feedback by thrusters or wheels that plans do not know enough of.
+fn check_actuator_feedback(scene: &Scene, maneuver: &Maneuver) -> Result<(), SceneError> {
+    if !maneuver.feedback {
+        return Ok(());
+    }
+    let refused = |expected: &str| Err(SceneError::value("maneuver.feedback", true, expected));
+    if maneuver.uses_propellant(scene) {
+        return refused(
+            "false where thrusters use propellant: plans do not know how its use deviates",
+        );
+    }
+    if maneuver.commands() == Commands::Wheels && maneuver.replan.is_some() {
+        return refused(
+            "false where wheels are planned anew in flight: plans do not know how their momenta deviate",
+        );
+    }
+    Ok(())
 }
 
 /// Refuses any option beyond an open-loop plan of the full motion to a fixed state by Lie–Euler steps.

@@ -12,6 +12,7 @@ fn family(final_time: f64) -> MinimumTime {
             controls: Vec::new(),
             multipliers: vec![SVector::zeros()],
             feedback: Vec::new(),
+            actuator_feedback: Vec::new(),
             cost: 1.0,
             paid: 0.0,
             certificate: Certificate::default(),

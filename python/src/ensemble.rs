@@ -55,16 +55,8 @@ pub(crate) fn fly<'py>(
         ));
     }
     if plan.is_some_and(|plan| !plan.fits(scene)) {
-        let message = "`plan` is in other units, steps or for another body than the scene's";
+        let message = "`plan` is in other units, steps or for another body or other actuators than the scene's";
         return Err(error::ensemble(py, message));
-    }
-    let commands = plan.map_or(lgvi_scene::Commands::Loads, |plan| {
-        plan.nominal().commands()
-    });
-    if commands != lgvi_scene::Commands::Loads {
-        let name = commands.name();
-        let message = format!("`plan` commands {name}, expected one by force and moment");
-        return Err(error::ensemble(py, &message));
     }
     let guidance = plan.map_or(Guidance::None, |plan| guidance(plan.nominal().clone()));
     let campaign = py.detach(|| Campaign::new(scene, wanted.settings, guidance));

@@ -74,12 +74,14 @@ impl Plan {
         &self.plan
     }
 
-    /// Whether it is made for the units, the steps and the body of a scene.
+    /// Whether it is made for the units, the steps, the body and the actuators of a scene.
     pub(crate) fn fits(&self, scene: &Scene) -> bool {
         let of = |scene: &Scene| {
             let maneuver = scene.maneuver.as_ref();
             let body = maneuver.and_then(|maneuver| scene.bodies.get(maneuver.body));
-            (scene.units, scene.h(), body.map(|body| body.name.clone()))
+            let actuators = maneuver.map(|maneuver| (maneuver.commands(), maneuver.actuators()));
+            let name = body.map(|body| body.name.clone());
+            (scene.units, scene.h(), name, actuators)
         };
         of(&self.scene) == of(scene)
     }
@@ -292,9 +294,10 @@ impl Plan {
         read_only(py, &[masses.len()], masses)
     }
 
-    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or (0, 6, 12) if the solver has none.
+    /// Gains K of the feedback u = u* − K δz, shape (n, 6, 12), or n = 0 if the solver has none.
     ///
-    /// Rows are force (N, inertial frame) and moment (N m, body frame), or the thrusters (N) or wheels (N m) that are commanded. Columns are the deviations of position (m), linear
+    /// Rows are force (N, inertial frame) and moment (N m, body frame). Where thrusters (N) or wheels (N m) are commanded, there is one
+    /// for each in the place of these six. Columns are the deviations of position (m), linear
     /// momentum (kg m/s), attitude log(R*ᵀR) (rad, body frame) and angular momentum (kg m²/s, body frame).
     #[getter]
     fn gain<'py>(&self, py: Python<'py>) -> PyResult<Array<'py>> {
@@ -314,7 +317,8 @@ impl Plan {
         let gains = &plan.actuator_feedback;
         let numbers = gains.iter().flat_map(|gain| {
             let rows = (0..count).flat_map(|row| gain.row(row).iter().copied().collect::<Vec<_>>());
-            rows.zip(each.into_iter().cycle()).map(|(gain, unit)| gain * unit)
+            rows.zip(each.into_iter().cycle())
+                .map(|(gain, unit)| gain * unit)
         });
         read_only(py, &[gains.len(), count, 12], numbers.collect())
     }

@@ -37,8 +37,10 @@ def test_thrusters_are_commands(scenes: Path) -> None:
     assert plan.thrust_n.min() >= 0.0 and plan.thrust_n.max() <= 1.0 + 1e-6
     flight = scene.fly(controls=plan)
     np.testing.assert_allclose(flight.position_m[:, 1], plan.position_m, rtol=0.0, atol=1e-5)
-    with pytest.raises(lgvi.LgviError, match="thrusters"):
-        scene.ensemble(samples=2, seed=1, plan=plan)
+    assert plan.gain.shape == (60, 12, 12)
+    samples = lgvi.Scene.parse(f"{scene.text}\n[ensemble]\nsamples = 2\nseed = 1\nactuator_error = 0.02\n").ensemble(plan=plan)
+    assert (np.abs(samples["actuator_factor.11"] - 1.0) > 1e-6).all()
+    assert (samples["miss.position"] > 1e-3).all() and (samples["miss.position"] < 40.0).all()
 
 
 def test_forces_of_thrusters_are_in_the_inertial_frame(scenes: Path) -> None:
@@ -58,11 +60,9 @@ def test_wheels_are_commands(scenes: Path) -> None:
     plan = scene.plan()
     assert plan.wheel_torque_n_m.shape == (120, 4) and plan.thrust_n.shape == (120, 0)
     assert np.abs(plan.wheel_torque_n_m).max() <= 9e-4 * (1.0 + 1e-6)
-    assert plan.gain.shape == (0, 6, 12)
+    assert plan.gain.shape == (120, 4, 12)
     flight = scene.fly(controls=plan)
     np.testing.assert_allclose(flight.attitude_xyzw[:, 0], plan.attitude_xyzw, rtol=0.0, atol=1e-12)
-    with pytest.raises(lgvi.LgviError, match="wheels"):
-        scene.ensemble(samples=2, seed=1, plan=plan)
 
 
 def test_gains_correct_a_disturbed_start(scenes: Path) -> None:

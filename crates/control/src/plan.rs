@@ -22,8 +22,8 @@ pub struct Plan {
     pub multipliers: Vec<SVector<f64, 12>>,
     /// Gains `K_0 … K_{N−1}` (6×12) of the neighboring extremals: `u_{k+1} = u*_{k+1} − K_k δz_k`, in the axes of the controls.
     pub feedback: Vec<SMatrix<f64, 6, 12>>,
-    /// Those of the commands where these are of thrusters or wheels, `w_{k+1} = w*_{k+1} − K_k δz_k`; empty otherwise. Wheels do not
-    /// answer to position and velocity.
+    /// Gains of the commands where these are of thrusters or wheels, `w_{k+1} = w*_{k+1} − K_k δz_k`; empty otherwise, and at minimum
+    /// fuel. They are those of the linearized dynamics without inequalities. Wheels do not answer to position and velocity.
     pub actuator_feedback: Vec<SMatrix<f64, MAX_COMMANDS, 12>>,
     /// The cost of the commands.
     pub cost: f64,

@@ -43,6 +43,15 @@ impl BodyState {
         body.inertia().inverse() * self.angular_momentum
     }
 
+    /// The state with the same velocities, to the bit if the bodies are alike, of the second of two bodies instead of the first.
+    pub fn of_other(&self, [own, other]: [&RigidBody; 2]) -> Self {
+        if own.mass() == other.mass() && own.inertia() == other.inertia() {
+            return *self;
+        }
+        let (velocity, rate) = (self.velocity(own), self.angular_velocity(own));
+        Self::from_velocities(other, self.position, velocity, self.attitude, rate)
+    }
+
     /// Returns true if all components are finite.
     #[inline]
     pub fn is_finite(&self) -> bool {

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::lanes::{self, Flight, Instructions, Member, Outcome, Thrust, Unfit, Width};
-use lgvi_dynamics::{BodyState, Load, RigidBody, Skip, System};
+use lgvi_dynamics::{BodyState, Load, RigidBody, Simulation, Skip, System};
 use lgvi_scene::{ActuatorErrors, Commands as Maneuvered, Ensemble, Sample, Scene, Scheme};
 
 use crate::row::Failure;
@@ -66,7 +66,7 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// Returns an error if the scene has no `ensemble` table, if the number of samples is out of range, if a maneuver
-    /// lacks commands or commands lack a maneuver, if the scene has no integrator, or if the simulation cannot be created.
+    /// lacks commands or commands lack a maneuver, if they are not those of its actuators, if the scene has no integrator, or if the simulation cannot be created.
     pub fn new(
         scene: &'a Scene,
         settings: Settings,
@@ -80,6 +80,16 @@ impl<'a> Campaign<'a> {
         }
         if scene.maneuver.is_some() != guidance.steps().is_some() {
             return Err(EnsembleError::Commands);
+        }
+        if let Some(maneuver) = &scene.maneuver {
+            let state = &scene.bodies[maneuver.body].state;
+            let fits = match guidance.at(0, state) {
+                Some(Command::Efforts(efforts)) => efforts.len() == maneuver.actuators(),
+                Some(Command::Load(_)) | None => maneuver.actuators() == 0,
+            };
+            if !fits {
+                return Err(EnsembleError::Actuators(maneuver.actuators()));
+            }
         }
         let mut scheme = scene.scheme()?;
         scene.simulation(scheme)?;
@@ -247,6 +257,12 @@ impl<'a> Campaign<'a> {
             .collect()
     }
 
+    /// The state of a body as it is measured: its velocities, with the momenta that the nominal body would have.
+    fn seen(&self, simulation: &Simulation, body: usize) -> BodyState {
+        let own = &simulation.system().bodies()[body];
+        simulation.states()[body].of_other([own, &self.scene.bodies[body].body])
+    }
+
     /// Flies one sample by itself. Returns its violations, too, if they are watched.
     fn alone(
         &self,
@@ -265,7 +281,7 @@ impl<'a> Campaign<'a> {
         for step in 0..self.steps {
             if let Some(maneuver) = &self.scene.maneuver {
                 let body = maneuver.body;
-                match self.guidance.at(step, &simulation.states()[body]) {
+                match self.guidance.at(step, &self.seen(&simulation, body)) {
                     Some(Command::Load(load)) => {
                         loads[body] = simulation.command(body, errors.apply(&load));
                     }
@@ -282,7 +298,7 @@ impl<'a> Campaign<'a> {
                 break;
             }
             if let Some((watch, noted)) = self.watch.as_ref().zip(violations.as_mut()) {
-                watch.note(step, simulation.states(), noted);
+                watch.note(step, &self.seen(&simulation, watch.body), noted);
             }
             if step % BLOCK == BLOCK - 1 {
                 flown(BLOCK);

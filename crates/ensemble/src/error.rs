@@ -26,6 +26,12 @@ pub enum EnsembleError {
     /// A maneuver without a plan, or a plan without a maneuver.
     #[error("expected commands exactly if the scene has a maneuver")]
     Commands,
+    /// Commands of other actuators than those of the maneuver.
+    #[error("commands of other actuators, expected {}", match .0 {
+        0 => "force and moment".into(),
+        count => format!("those of the {count} thrusters or wheels that the maneuver commands"),
+    })]
+    Actuators(usize),
     /// The scene has no integrator.
     #[error(transparent)]
     Scheme(#[from] SchemeError),

@@ -27,7 +27,8 @@ pub trait Commands: Send + Sync {
     /// Returns true if the commands depend on the state.
     fn have_feedback(&self) -> bool;
 
-    /// Returns the command during `step` to the body, which is in `state` at the start of the step.
+    /// Returns the command during `step` to the body, which is in `state` at the start of the step. Where its mass or inertia
+    /// deviates, momenta are those of the nominal body at the velocities.
     fn at(&self, step: u64, state: &BodyState) -> Command;
 }
 

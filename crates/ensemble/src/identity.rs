@@ -37,7 +37,7 @@ impl Identity {
             hash.update((bytes.len() as u64).to_le_bytes());
             hash.update(bytes);
         };
-        add(b"lgvi ensemble, format 3");
+        add(b"lgvi ensemble, format 4");
         add(version.as_bytes());
         add(scene.text.as_bytes());
         add(&ensemble.seed.to_le_bytes());

@@ -13,7 +13,7 @@ use lgvi_scene::{Maneuver, Scene};
 /// The constraints on states of a maneuver that hold with a probability.
 pub(crate) struct Watch {
     /// Index of the maneuvered body.
-    body: usize,
+    pub(crate) body: usize,
     /// Number of steps of a flight.
     steps: u64,
     constraints: Vec<Watched>,
@@ -92,9 +92,8 @@ impl Watch {
         vec![Violation::NONE; self.constraints.len()]
     }
 
-    /// Notes the states at the end of step `step`, counted from 0.
-    pub(crate) fn note(&self, step: u64, states: &[BodyState], noted: &mut [Violation]) {
-        let state = &states[self.body];
+    /// Notes the state of the body at the end of step `step`, counted from 0, with the momenta of the nominal body.
+    pub(crate) fn note(&self, step: u64, state: &BodyState, noted: &mut [Violation]) {
         for (watched, violation) in self.constraints.iter().zip(noted) {
             let end = step + 1;
             let part = end as f64 / self.steps as f64;

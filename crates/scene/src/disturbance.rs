@@ -91,9 +91,8 @@ impl Disturbance {
     pub fn actuator_errors(&self) -> ActuatorErrors {
         let mut rng = Pcg64Mcg::seed_from_u64(self.seed);
         let [.., force, moment] = self.draw_from(&mut rng);
-        for (_, deviation) in &self.others {
-            deviation.draw(&mut rng);
-        }
+        // Numbers of their own, whatever other bodies deviate.
+        let mut rng = Pcg64Mcg::seed_from_u64(!self.seed);
         ActuatorErrors {
             force: force.add_scalar(1.0),
             moment: moment.add_scalar(1.0),

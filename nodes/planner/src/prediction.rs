@@ -56,11 +56,10 @@ impl Forecast {
         for step in reached..step {
             for body in planned() {
                 let state = simulation.states()[body];
-                let state = &state;
-                let load = self.newest(body).find_map(|one| one.at(step, state));
+                let load = self.newest(body).find_map(|one| one.at(step, &state));
                 loads[body] = simulation.command(body, load.unwrap_or_default());
                 let mut newest = self.newest(body);
-                match newest.find_map(|one| Some((one.commands, one.efforts(step, state)?))) {
+                match newest.find_map(|one| Some((one.commands, one.efforts(step, &state)?))) {
                     Some((Commands::Thrusters, thrust)) => {
                         simulation.set_thruster_commands(body, &thrust);
                     }

@@ -52,7 +52,7 @@ pub enum ActuationError {
         /// The body.
         body: String,
     },
-    /// Their feedback law is none.
+    /// Their feedback law is invalid.
     #[error(transparent)]
     Law(#[from] LawError),
     /// A number that is NaN or infinite.

@@ -42,7 +42,7 @@ impl Allocation {
     /// That of the commands of an actuation, each from a least to a largest.
     pub fn new(actuation: &Actuation, limits: impl Iterator<Item = [f64; 2]>) -> Self {
         let mut bounds = [Command::zeros(); 2];
-        for (command, [least, most]) in limits.enumerate() {
+        for (command, [least, most]) in limits.enumerate().take(actuation.commands()) {
             (bounds[0][command], bounds[1][command]) = (least, most);
         }
         Self {
@@ -53,22 +53,25 @@ impl Allocation {
 
     /// Commands within the limits, whose force and moment are those of `wanted` if the actuators that do not reach their limits can
     /// exert what is left: the cascaded generalized inverse (K. A. Bordignon, *Constrained control allocation for systems with
-    /// redundant control effectors*, Virginia Polytechnic Institute, 1996). Actuators that are `off` stay so.
+    /// redundant control effectors*, Virginia Polytechnic Institute, 1996). Actuators that are `off` take nothing over.
     pub fn within_limits(&self, wanted: &Command, off: impl Fn(usize) -> bool) -> Command {
         let [least, most] = &self.limits;
-        let mut held = wanted.zip_zip_map(least, most, f64::clamp);
+        // A number that is none is the least command.
+        let hold = |command: f64, least: f64, most: f64| command.max(least).min(most);
+        let mut held = wanted.zip_zip_map(least, most, hold);
         let mut free = Command::from_fn(|command, _| {
             f64::from(u8::from(least[command] < most[command] && !off(command)))
         });
         // Each round frees an actuator less.
         for _ in 0..wanted.len() {
             let rest = self.matrix * (wanted - held);
-            if rest.iter().all(|component| *component == 0.0) || free.amax() == 0.0 {
+            let is_exerted = rest.iter().all(|component| *component == 0.0);
+            if is_exerted || free.amax() == 0.0 || !rest.iter().all(|c| c.is_finite()) {
                 break;
             }
             let columns = self.matrix * Weight::from_diagonal(&free);
             let next = held + pseudo_inverse(&columns, &Weight::identity()) * rest;
-            held = next.zip_zip_map(least, most, f64::clamp);
+            held = next.zip_zip_map(least, most, hold);
             let mut reached = false;
             for (command, free) in free.iter_mut().enumerate() {
                 if held[command] != next[command] {
@@ -130,7 +133,20 @@ mod tests {
     }
 
     #[test]
-    fn what_is_off_stays_off() {
+    fn commands_of_any_size_are_held() {
+        let allocation = pairs();
+        for size in [1e308, -1e308, f64::INFINITY, f64::NAN] {
+            let mut wanted = Command::zeros();
+            wanted[0] = size;
+            wanted[3] = -1.0;
+            let found = allocation.within_limits(&wanted, |_| false);
+            let held = found.iter().all(|command| (0.0..=2.0).contains(command));
+            assert!(held, "{size}: {found}");
+        }
+    }
+
+    #[test]
+    fn what_is_off_takes_nothing_over() {
         let allocation = pairs();
         let mut wanted = Command::zeros();
         wanted[1] = -0.5;

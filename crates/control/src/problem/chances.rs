@@ -1,15 +1,19 @@
 //! Constraints that hold with a probability.
 
-use lgvi_dynamics::RigidBody;
+use lgvi_dynamics::{BodyError, RigidBody};
 use nalgebra::{Dyn, OMatrix, U12, Vector3};
 
 use super::parameter::ParameterError;
 use super::{Transfer, Vector12};
 
-/// Number of independent sources of uncertainty of the initial state. Those of the actuators follow.
+/// Number of independent sources of uncertainty of the initial state. Those of the actuators and of the body follow.
 pub(crate) const OF_STATE: usize = 12;
 
-/// Deviations `[δx, δγ, ζ, δΠ]` of a state for a deviation of one standard deviation of each source.
+/// Those of the body: its mass and three moments.
+pub(crate) const OF_BODY: usize = 4;
+
+/// Deviations `[δx, δγ, ζ, δΠ]` of a state for a deviation of one standard deviation of each source. Momenta are those of the nominal
+/// body at the velocities.
 pub(crate) type Deviations = OMatrix<f64, U12, Dyn>;
 
 /// What is uncertain about a flight: standard deviations of independent normal deviations.
@@ -29,6 +33,10 @@ pub struct Uncertainty {
     pub moment_error: f64,
     /// Of the constant relative error of each command, where commands are of thrusters or wheels.
     pub actuator_error: f64,
+    /// Of the logarithm of the mass. Inertia and points scale with it.
+    pub mass: f64,
+    /// Of the logarithm of each moment `∫ρ_i² dm` about the axes of the body.
+    pub inertia: f64,
     /// True if the flight applies the feedback of its plan.
     pub feedback: bool,
 }
@@ -59,6 +67,8 @@ impl Chances {
             ("force_error", uncertainty.force_error),
             ("moment_error", uncertainty.moment_error),
             ("actuator_error", uncertainty.actuator_error),
+            ("mass", uncertainty.mass),
+            ("inertia", uncertainty.inertia),
         ] {
             if !(deviation >= 0.0 && deviation.is_finite()) {
                 return Err(ParameterError::new(name, deviation, "a finite number >= 0"));
@@ -88,10 +98,36 @@ impl Chances {
 }
 
 impl Uncertainty {
+    /// The body whose source deviates by `size` standard deviations: its mass, or one of its moments.
+    ///
+    /// # Errors
+    /// Returns an error if it is no rigid body.
+    pub(crate) fn deviated(
+        &self,
+        body: &RigidBody,
+        source: usize,
+        size: f64,
+    ) -> Result<RigidBody, BodyError> {
+        match source.checked_sub(1) {
+            None => body.scaled((size * self.mass).exp()),
+            Some(axis) => {
+                let mut stretch = Vector3::repeat(1.0);
+                stretch[axis] = (0.5 * size * self.inertia).exp();
+                let inertia = body.inertia().stretched(&stretch)?;
+                body.clone().with_inertia(inertia)
+            }
+        }
+    }
+
+    /// The standard deviation of a source of the body.
+    pub(crate) fn of_body(&self, source: usize) -> f64 {
+        if source == 0 { self.mass } else { self.inertia }
+    }
+
     /// The deviations of the initial state of a body under so many actuators.
     pub(crate) fn initial(&self, body: &RigidBody, actuators: usize) -> Deviations {
         let inertia = body.inertia().matrix();
-        let mut all = Deviations::zeros(OF_STATE + actuators);
+        let mut all = Deviations::zeros(OF_STATE + actuators + OF_BODY);
         for axis in 0..3 {
             let unit = Vector3::ith(axis, 1.0);
             for (half, deviation) in [

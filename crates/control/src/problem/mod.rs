@@ -19,7 +19,7 @@ pub(crate) use actuation::{Effects, FEW, Weight, stacked};
 pub use allocation::Allocation;
 pub(crate) use by_step::ByStep;
 pub use chances::{Chances, Uncertainty};
-pub(crate) use chances::{Deviations, OF_STATE};
+pub(crate) use chances::{Deviations, OF_BODY, OF_STATE};
 pub use comparable::Comparable;
 pub(crate) use constraint::{
     CommandInequality, InequalitySet, PositionCost, StateInequality, WheelSpeed,

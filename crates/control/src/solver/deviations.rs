@@ -1,14 +1,15 @@
 //! How far a flight deviates from its plan for a deviation of one standard deviation of each source, to first order.
 //!
-//! The deviations are those of the closed loop, `S_{k+1} = (A_k − B_k K_k) S_k + B_k diag(w_k) E`.
+//! The deviations are those of the closed loop, `S_{k+1} = (A_k − B_k K_k) S_k + B_k diag(w_k) E + D_k`. `D_k` is what other masses and
+//! moments of the body change in a step, in the momenta that the nominal body would have, by central differences.
 
-use lgvi_dynamics::BodyState;
 use lgvi_dynamics::gravity::LoadGradient;
+use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U3, U6};
 
 use super::error::PlanError;
-use crate::discrete::{DiscreteDynamics, Inputs, KickDriftKick, Linearization};
-use crate::problem::{Deviations, OF_STATE, Uncertainty, Vector12, stacked};
+use crate::discrete::{DecouplingError, DiscreteDynamics, Inputs, KickDriftKick, Linearization};
+use crate::problem::{Deviations, OF_BODY, OF_STATE, Uncertainty, Vector12, stacked};
 use crate::{Actuation, Command, MAX_COMMANDS, Plan, Transfer, wheels};
 
 /// What acts along a plan.
@@ -41,14 +42,13 @@ pub(super) fn deviations(
         };
         let initial = uncertainty.initial(body, actuation.commands());
         if actuation.is_of_wheels() {
-            return by_wheels(transfer, plan, &answers, initial);
+            return by_wheels(transfer, uncertainty, plan, &answers, initial);
         }
         let flown = Transfer {
             off: None,
             ..transfer.clone()
         };
-        let steps = KickDriftKick::<_, 2, MAX_COMMANDS>::full(&flown);
-        return along(&steps, &plan.states, &answers, initial);
+        return along(&flown, uncertainty, &plan.states, &answers, initial);
     }
     let identity = SMatrix::identity();
     let flown = Transfer {
@@ -56,7 +56,6 @@ pub(super) fn deviations(
         off: None,
         ..transfer.clone()
     };
-    let steps = KickDriftKick::<_, 2, 6>::full(&flown);
     let [force, moment] = [uncertainty.force_error, uncertainty.moment_error];
     let answers = Answers {
         commands: plan.controls.iter().map(stacked).collect(),
@@ -67,12 +66,14 @@ pub(super) fn deviations(
         },
         errors: SVector::from([force, force, force, moment, moment, moment]),
     };
-    along(&steps, &plan.states, &answers, uncertainty.initial(body, 6))
+    let initial = uncertainty.initial(body, 6);
+    along(&flown, uncertainty, &plan.states, &answers, initial)
 }
 
 /// The deviations of a plan by wheels: of the attitude as those of a gyrostat, of the position beside it.
 fn by_wheels(
     transfer: &Transfer,
+    uncertainty: &Uncertainty,
     plan: &Plan,
     answers: &Answers<'_, MAX_COMMANDS>,
     initial: Deviations,
@@ -80,7 +81,15 @@ fn by_wheels(
     let Transfer { body, field, h, .. } = transfer;
     let (stated, entered) = wheels::along(transfer, plan);
     let steps = KickDriftKick::<_, 2, MAX_COMMANDS>::gyrostat(&stated)?;
-    let mut closed = Closed::new(&steps, answers);
+    let mut closed = Closed {
+        stores: true,
+        ..Closed::new(&steps, answers)
+    };
+    let others = others(&stated, uncertainty)?;
+    let others: Vec<_> = others
+        .iter()
+        .map(|(source, other)| Ok((*source, KickDriftKick::gyrostat(other)?, &other.body)))
+        .collect::<Result<_, PlanError>>()?;
     let gradient = |state: &BodyState| field.gradient(body, &state.position, &state.attitude);
     let (tau, glide) = (0.5 * h, h / body.mass());
     let mut all = vec![initial.clone()];
@@ -104,6 +113,7 @@ fn by_wheels(
         let mut position = orbit.fixed_rows_mut::<3>(0);
         position += moved;
         closed.step(k, &entered.states[k], Some(&impulse), &mut turn)?;
+        closed.deviate(k, &entered.states[k], body, &others, &mut turn)?;
         let impulse = kick(&mut orbit, &turn, &end);
         let mut momentum = turn.fixed_rows_mut::<3>(9);
         momentum += impulse;
@@ -115,19 +125,59 @@ fn by_wheels(
 }
 
 fn along<const U: usize>(
-    steps: &impl DiscreteDynamics<12, U>,
+    transfer: &Transfer,
+    uncertainty: &Uncertainty,
     states: &[BodyState],
     answers: &Answers<'_, U>,
     initial: Deviations,
 ) -> Result<Vec<Deviations>, PlanError> {
-    let mut closed = Closed::new(steps, answers);
+    let steps = KickDriftKick::<_, 2, U>::full(transfer);
+    let mut closed = Closed::new(&steps, answers);
+    let others = others(transfer, uncertainty)?;
+    let others: Vec<_> = others
+        .iter()
+        .map(|(source, other)| (*source, KickDriftKick::full(other), &other.body))
+        .collect();
     let mut now = initial;
     let mut all = vec![now.clone()];
     for (k, state) in states.iter().enumerate().take(answers.commands.len()) {
         closed.step(k, state, None, &mut now)?;
+        closed.deviate(k, state, &transfer.body, &others, &mut now)?;
         all.push(now.clone());
     }
     Ok(all)
+}
+
+/// The size of a difference (standard deviations of 1).
+const STEP: f64 = 1e-4;
+
+/// A source of the body, counted from 0, with its standard deviation, and the sign of the difference.
+type Source = (usize, f64, f64);
+
+/// The transfers of bodies that deviate to both sides, where they do.
+fn others(
+    transfer: &Transfer,
+    uncertainty: &Uncertainty,
+) -> Result<Vec<(Source, Transfer)>, PlanError> {
+    let unit = Uncertainty {
+        mass: 1.0,
+        inertia: 1.0,
+        ..*uncertainty
+    };
+    let sources = (0..OF_BODY).map(|source| (source, uncertainty.of_body(source)));
+    let both = sources
+        .filter(|(_, deviation)| *deviation > 0.0)
+        .flat_map(|(source, deviation)| [1.0, -1.0].map(|sign| (source, deviation, sign)));
+    both.map(|(source, deviation, sign)| {
+        let body = unit.deviated(&transfer.body, source, sign * STEP);
+        let body = body.map_err(|_| DecouplingError::NotFinite { step: 0 })?;
+        let other = Transfer {
+            body,
+            ..transfer.clone()
+        };
+        Ok(((source, deviation, sign), other))
+    })
+    .collect()
 }
 
 /// The linearized closed loop.
@@ -136,6 +186,8 @@ struct Closed<'a, S, const U: usize> {
     answers: &'a Answers<'a, U>,
     inputs: Inputs<U>,
     dynamics: Linearization,
+    /// True if momenta that wheels store are in the place of linear momenta.
+    stores: bool,
 }
 
 impl<'a, S, const U: usize> Closed<'a, S, U>
@@ -148,6 +200,7 @@ where
             dynamics: Linearization::default(),
             steps,
             answers,
+            stores: false,
         }
     }
 
@@ -164,13 +217,15 @@ where
         let command = &answers.commands[k];
         let linearized = self.steps.linearize(k, state, command, &mut self.dynamics);
         linearized.map_err(|source| PlanError::Dynamics { step: k, source })?;
+        let of_body = deviations.ncols() - OF_BODY;
         for (source, mut column) in deviations.column_iter_mut().enumerate() {
             let mut z: Vector12 = column.clone_owned();
             let mut change = SVector::<f64, U>::zeros();
             if let Some(gain) = answers.gains.get(k) {
                 change -= gain * z;
             }
-            if let Some(actuator) = source.checked_sub(OF_STATE) {
+            let actuator = source.checked_sub(OF_STATE);
+            if let Some(actuator) = actuator.filter(|_| source < of_body) {
                 change[actuator] += answers.errors[actuator] * command[actuator];
             }
             if let Some(impulses) = impulses {
@@ -178,6 +233,47 @@ where
                 momentum += impulses.column(source);
             }
             column.copy_from(&self.dynamics.forward(&self.inputs, &z, &change));
+        }
+        Ok(())
+    }
+
+    /// The state of another body with the same velocities.
+    fn as_of(&self, state: &BodyState, bodies: [&RigidBody; 2]) -> BodyState {
+        let other = state.of_other(bodies);
+        BodyState {
+            linear_momentum: match self.stores {
+                true => state.linear_momentum,
+                false => other.linear_momentum,
+            },
+            ..other
+        }
+    }
+
+    /// Adds to deviations at the end of a step what it leads other bodies to.
+    fn deviate(
+        &self,
+        k: usize,
+        state: &BodyState,
+        body: &RigidBody,
+        others: &[(Source, S, &RigidBody)],
+        deviations: &mut Deviations,
+    ) -> Result<(), PlanError> {
+        let command = &self.answers.commands[k];
+        let step = |steps: &S, state: &BodyState| {
+            let next = steps.next(k, state, command);
+            next.map_err(|source| PlanError::Dynamics { step: k, source })
+        };
+        if others.is_empty() {
+            return Ok(());
+        }
+        let nominal = step(self.steps, state)?;
+        let first = deviations.ncols() - OF_BODY;
+        for ((source, deviation, sign), steps, other) in others {
+            let next = step(steps, &self.as_of(state, [body, other]))?;
+            let next = self.as_of(&next, [other, body]);
+            let apart = self.steps.difference(&nominal, &next);
+            let mut column = deviations.column_mut(first + source);
+            column += (0.5 * sign * deviation / STEP) * apart;
         }
         Ok(())
     }

@@ -98,7 +98,10 @@ impl<C> Solver<'_, C> {
                     Some(_) => self.yielding_gains(&problem, &newton, inequalities, gains),
                     None => gains,
                 };
-                if transfer.actuation.is_fixed_to_body() || transfer.orbit.is_some() {
+                let by_actuators =
+                    transfer.actuation.is_fixed_to_body() || transfer.orbit.is_some();
+                // Commands at minimum fuel do not answer.
+                if by_actuators && !transfer.actuation.minimizes_fuel() {
                     // The costate is that of the inequalities, without which only this model knows nothing of it.
                     let free = self.gains_under(&problem, &newton, &mut Unconstrained, &[LINEAR]);
                     plan.actuator_feedback = self.gains_of_commands(&free.unwrap_or_default());

@@ -84,16 +84,23 @@ fn flight(
     plan: &Plan,
     (source, size): (usize, f64),
 ) -> Vec<BodyState> {
-    let body = &transfer.body;
+    let nominal = &transfer.body;
+    let mut body = nominal.clone();
     let mut start = plan.states[0];
+    let count = transfer.actuation.commands();
     let mut factors = Command::repeat(1.0);
     match source.checked_sub(OF_STATE) {
         None => {
-            let off = size * uncertainty.initial(body, 0).column(source);
+            let off = size * uncertainty.initial(nominal, 0).column(source);
             start.position += off.fixed_rows::<3>(0);
             start.linear_momentum += off.fixed_rows::<3>(3);
             start.attitude *= exp(&off.fixed_rows::<3>(6).into_owned());
             start.angular_momentum += off.fixed_rows::<3>(9);
+        }
+        Some(of_body) if of_body >= count => {
+            let deviated = uncertainty.deviated(nominal, of_body - count, size);
+            body = deviated.unwrap();
+            start = start.of_other([nominal, &body]);
         }
         Some(actuator) => {
             let error = match (body.has_actuators(), actuator < 3) {
@@ -107,12 +114,12 @@ fn flight(
     let system = System::new(vec![body.clone()], vec![Box::new(Central { gm: 1.0 })]);
     let method = Method::Lgvi(Rotor::default());
     let mut flight = Simulation::new(system, vec![start], method, plan.h).unwrap();
-    let count = transfer.actuation.commands();
     flight.set_thruster_factors(0, &factors.as_slice()[..count]);
     flight.set_wheel_factors(0, &factors.as_slice()[..count]);
-    let mut states = vec![start];
+    let mut states = vec![start.of_other([&body, nominal])];
     for k in 0..plan.commands.len() {
-        let off = miss(&plan.states[k], &flight.states()[0]);
+        let seen = flight.states()[0].of_other([&body, nominal]);
+        let off = miss(&plan.states[k], &seen);
         let mut load = Load::default();
         if body.has_actuators() {
             let mut command = plan.commands[k];
@@ -135,7 +142,7 @@ fn flight(
             load.moment = all.fixed_rows::<3>(3).into_owned();
         }
         flight.advance(&[load]).unwrap();
-        states.push(flight.states()[0]);
+        states.push(flight.states()[0].of_other([&body, nominal]));
     }
     states
 }
@@ -151,11 +158,13 @@ fn check(name: &str, transfer: &Transfer) {
             force_error: 0.7,
             moment_error: 0.8,
             actuator_error: 0.9,
+            mass: 0.4,
+            inertia: 0.3,
             feedback,
         };
         let all = deviations(transfer, &uncertainty, &plan).unwrap();
         let sources = all[0].ncols();
-        assert_eq!(sources, OF_STATE + transfer.actuation.commands());
+        assert_eq!(sources, OF_STATE + transfer.actuation.commands() + OF_BODY);
         let size = 1e-5;
         for source in 0..sources {
             let [above, below] =

@@ -28,7 +28,9 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
     }
     let uncertainty = match (&scene.ensemble, &scene.disturbance) {
         (Some(ensemble), _) => {
-            check_ensemble(scene, maneuver, ensemble, file)?;
+            check_relative(scene, file, "ensemble", |body| {
+                ensemble.spreads[body] != Spread::default()
+            })?;
             of_ensemble(maneuver, ensemble)
         }
         (None, Some(disturbance)) => {
@@ -48,26 +50,6 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
         Ok(chances) => Ok(Some(chances)),
         Err(error) => refused(error.expected),
     }
-}
-
-/// Refuses deviations that a plan does not know.
-fn check_ensemble(
-    scene: &Scene,
-    maneuver: &Maneuver,
-    ensemble: &Ensemble,
-    file: &ManeuverFile,
-) -> Result<(), SceneError> {
-    let spread = ensemble.spreads[maneuver.body];
-    for (what, given) in [("mass", spread.mass), ("inertia", spread.inertia)] {
-        if given > 0.0 {
-            let expected = "0 of the planned body beside `maneuver.confidence`";
-            let key = format!("ensemble.bodies.{what}");
-            return Err(SceneError::value(key, given, expected));
-        }
-    }
-    check_relative(scene, file, "ensemble", |body| {
-        ensemble.spreads[body] != Spread::default()
-    })
 }
 
 /// Refuses constraints relative to bodies that deviate.
@@ -100,6 +82,8 @@ fn of_ensemble(maneuver: &Maneuver, ensemble: &Ensemble) -> Uncertainty {
         force_error: ensemble.force_error,
         moment_error: ensemble.moment_error,
         actuator_error: ensemble.actuator_error,
+        mass: spread.mass,
+        inertia: spread.inertia,
         feedback: maneuver.feedback,
     }
 }
@@ -114,6 +98,8 @@ fn of_disturbance(disturbance: &Disturbance, feedback: bool) -> Uncertainty {
         force_error: disturbance.force_error,
         moment_error: disturbance.moment_error,
         actuator_error: disturbance.actuator_error,
+        mass: 0.0,
+        inertia: 0.0,
         feedback,
     }
 }

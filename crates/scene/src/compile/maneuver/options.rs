@@ -284,6 +284,11 @@ fn check_actuator_feedback(scene: &Scene, maneuver: &Maneuver) -> Result<(), Sce
             "false where thrusters use propellant: plans do not know how its use deviates",
         );
     }
+    if maneuver.all_constraints().any(Constraint::is_on_commands) {
+        return refused(
+            "false beside limits of commands in `constraints`: feedback knows those of the thrusters or wheels only",
+        );
+    }
     if maneuver.commands() == Commands::Wheels && maneuver.replan.is_some() {
         return refused(
             "false where wheels are planned anew in flight: plans do not know how their momenta deviate",

@@ -448,7 +448,6 @@ fn the_chaser_keeps_the_distance_that_its_deviations_need() {
         let rates = inside(&scene, &plan(&scene), 30.0);
         let largest = rates.iter().copied().fold(0.0, f64::max);
         let error = 3.0 * (0.01_f64 * 0.99 / 1e4).sqrt();
-        println!("{largest}");
         assert!(largest <= 0.01 + error, "{largest}");
         assert!(largest >= 0.005, "{largest}");
     }

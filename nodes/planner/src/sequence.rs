@@ -116,7 +116,7 @@ impl Sequence {
             let gains = self.plan.actuator_feedback.get(past..).unwrap_or_default();
             let rows = gains.iter().flat_map(|gain| {
                 let rows = (0..self.actuators).map(|actuator| gain.row(actuator).into_owned());
-                rows.flat_map(|row| <[f64; DEVIATIONS]>::from(row))
+                rows.flat_map(<[f64; DEVIATIONS]>::from)
             });
             let rows: Vec<_> = rows.collect();
             let references = &states[past..controls.len()];

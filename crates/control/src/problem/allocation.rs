@@ -56,8 +56,10 @@ impl Allocation {
     /// redundant control effectors*, Virginia Polytechnic Institute, 1996). Actuators that are `off` take nothing over.
     pub fn within_limits(&self, wanted: &Command, off: impl Fn(usize) -> bool) -> Command {
         let [least, most] = &self.limits;
-        // A number that is none is the least command.
-        let hold = |command: f64, least: f64, most: f64| command.max(least).min(most);
+        let hold = |command: f64, least: f64, most: f64| match command {
+            command if command.is_nan() => 0.0,
+            command => command.max(least).min(most),
+        };
         let mut held = wanted.zip_zip_map(least, most, hold);
         let mut free = Command::from_fn(|command, _| {
             f64::from(u8::from(least[command] < most[command] && !off(command)))

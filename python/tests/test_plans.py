@@ -38,7 +38,8 @@ def test_thrusters_are_commands(scenes: Path) -> None:
     flight = scene.fly(controls=plan)
     np.testing.assert_allclose(flight.position_m[:, 1], plan.position_m, rtol=0.0, atol=1e-5)
     assert plan.gain.shape == (60, 12, 12)
-    samples = lgvi.Scene.parse(f"{scene.text}\n[ensemble]\nsamples = 2\nseed = 1\nactuator_error = 0.02\n").ensemble(plan=plan)
+    table = "[ensemble]\nsamples = 2\nseed = 1\nactuator_error = 0.02\n"
+    samples = lgvi.Scene.from_toml(f"{scene.text}\n{table}").ensemble(plan=plan)
     assert (np.abs(samples["actuator_factor.11"] - 1.0) > 1e-6).all()
     assert (samples["miss.position"] > 1e-3).all() and (samples["miss.position"] < 40.0).all()
 

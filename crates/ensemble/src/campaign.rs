@@ -66,7 +66,8 @@ impl<'a> Campaign<'a> {
     ///
     /// # Errors
     /// Returns an error if the scene has no `ensemble` table, if the number of samples is out of range, if a maneuver
-    /// lacks commands or commands lack a maneuver, if they are not those of its actuators, if the scene has no integrator, or if the simulation cannot be created.
+    /// lacks commands or commands lack a maneuver, if they are not those of its actuators, if the scene has no integrator, or if the
+    /// simulation cannot be created.
     pub fn new(
         scene: &'a Scene,
         settings: Settings,
@@ -321,8 +322,11 @@ impl<'a> Campaign<'a> {
 
 /// Returns the implementation for the samples: lanes, or simulations with the reason.
 fn flown_by(scene: &Scene, scheme: Scheme, guidance: &Guidance, unfit: Option<Unfit>) -> FlownBy {
-    let reason = if guidance.name() == "feedback" {
-        Some("feedback answers to each sample by itself".into())
+    let reason = if let Guidance::StepByStep(commands) = guidance {
+        Some(match commands.have_feedback() {
+            true => "feedback answers to each sample by itself".into(),
+            false => "commands are asked for step by step".into(),
+        })
     } else if (scene.maneuver.as_ref()).is_some_and(|maneuver| maneuver.chances.is_some()) {
         Some("violations of constraints are counted on the way".into())
     } else if !scene.docking.is_empty() {

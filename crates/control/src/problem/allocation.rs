@@ -64,7 +64,7 @@ impl Allocation {
         let mut free = Command::from_fn(|command, _| {
             f64::from(u8::from(least[command] < most[command] && !off(command)))
         });
-        // Each round frees an actuator less.
+        // Each round has at least one free actuator fewer.
         for _ in 0..wanted.len() {
             let rest = self.matrix * (wanted - held);
             let is_exerted = rest.iter().all(|component| *component == 0.0);

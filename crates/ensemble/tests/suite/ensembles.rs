@@ -546,6 +546,34 @@ struct Push {
     corrected: bool,
 }
 
+/// A push that does not answer, asked for step by step, is that of an open loop, and lanes do not leave it out.
+#[test]
+fn commands_without_feedback_are_flown_step_by_step() {
+    struct Constant(Load);
+    impl Commands for Constant {
+        fn steps(&self) -> u64 {
+            1000
+        }
+        fn have_feedback(&self) -> bool {
+            false
+        }
+        fn at(&self, _step: u64, _state: &BodyState) -> Command {
+            Command::Load(self.0)
+        }
+    }
+    let table = "\n[ensemble]\nsamples = 4\nseed = 3\nforce_error = 0.1\n";
+    let scene = Scene::parse("capture", &format!("{CAPTURE}{table}")).unwrap();
+    let push = Load {
+        force: Vector3::new(0.2, -0.1, 0.3),
+        moment: Vector3::zeros(),
+    };
+    let of = |guidance| Campaign::new(&scene, Settings::default(), guidance).unwrap();
+    let asked = of(Guidance::StepByStep(Box::new(Constant(push))));
+    assert!(matches!(asked.flown_by(), FlownBy::Simulation { .. }));
+    let open = of(Guidance::OpenLoop(vec![push; 1000]));
+    assert_eq!(asked.fly(0..4, Width::Eight), open.fly(0..4, Width::Eight));
+}
+
 impl Commands for Push {
     fn steps(&self) -> u64 {
         1000

@@ -17,7 +17,8 @@ every solve starts from. What is commanded is force and moment, {weights: [force
 that turn with the body, {columns: [[force, moment per thrust in the body frame], ...], limits, prices, fuel: BOOL}, or the torques
 of its reaction wheels, {axes: [[3], ...], limits, prices, stored: [3], fastest: BOOL}, with the momentum that they store at the start;
 what is minimized is the time where the turn is to be the fastest, with the length of all steps as one more state. For
-thrusters and wheels there are only "controls", without gravity. Their steps are those of the LGVI, (3.22)-(3.26), and with wheels
+thrusters and wheels there are only "controls", without gravity. The thrusters `off`, by number, have no effect from step `off_from` on, and
+a sphere with `radii` has one at the end of each step. Their steps are those of the LGVI, (3.22)-(3.26), and with wheels
 those of a gyrostat, whose position stays. A solve ends after `seconds` on the processor where IPOPT is asked.
 
 The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu or, for fuel,
@@ -102,6 +103,7 @@ INEQUALITIES = {
     "force": (("limit",), lambda n, u, x, r: limited(u[:3], *n)),
     "moment": (("limit",), lambda n, u, x, r: limited(u[3:], *n)),
     "sphere": (("center", "radius"), lambda n, u, x, r: outside(*n, x)),
+    "inside": (("center", "radius"), lambda n, u, x, r: limited(x - n[0], n[1])),
     "cone": (("axis", "direction", "half_angle"), lambda n, u, x, r: off_cone(*n, r)),
     "corridor": (("apex", "axis", "half_angle"), lambda n, u, x, r: in_corridor(*n, x)),
 }
@@ -112,7 +114,7 @@ class Loads:
 
     before, bounds, scale, unit = 0.0, (-np.inf, np.inf), 1.0, 1.0
 
-    def __init__(self, commanded, number, _steps):
+    def __init__(self, commanded, number, _steps, _off):
         self.count, self.name = 6, "loads"
         self.weight = ca.diagcat(*(number("weight", weight) for weight in commanded["weights"]))
 
@@ -137,11 +139,14 @@ class Thrusters:
 
     before, bounds = 0.5, (0.0, 1.0)
 
-    def __init__(self, commanded, number, steps):
+    def __init__(self, commanded, number, steps, off):
+        off, off_from = off
         self.fuel, self.name = commanded["fuel"], f"thrusters, fuel {commanded['fuel']}"
         self.unit = np.array(commanded["limits"])
         self.values = np.array(commanded["columns"]).T * self.unit
-        self.columns = number("columns", self.values)
+        working = self.values.copy()
+        working[:, off] = 0.0
+        self.columns = number("columns", self.values, lambda step: working if step >= off_from else self.values)
         prices = np.array(commanded["prices"]) * (self.unit if self.fuel else self.unit**2 / 2)
         self.scale = steps * prices.sum() * (0.1 if self.fuel else 0.01)
         self.prices = number("prices", prices / self.scale)
@@ -169,9 +174,9 @@ class Wheels(Thrusters):
 
     bounds = (-1.0, 1.0)
 
-    def __init__(self, commanded, number, steps):
+    def __init__(self, commanded, number, steps, off):
         columns = [[0.0, 0.0, 0.0, *(-component for component in axis)] for axis in commanded["axes"]]
-        super().__init__(commanded | {"columns": columns, "fuel": False}, number, steps)
+        super().__init__(commanded | {"columns": columns, "fuel": False}, number, steps, off)
         self.stored, self.fastest = np.array(commanded["stored"]), commanded["fastest"]
         self.name = f"wheels, fastest {self.fastest}"
         if self.fastest:
@@ -181,10 +186,18 @@ class Wheels(Thrusters):
         return h / self.scale if self.fastest else super().cost(h, command)
 
 
-def what_is_commanded(commanded, number, steps):
+def of_steps(constraint, name):
+    """A number of a constraint, or its values in all steps."""
+    if name != "radius" or "radii" not in constraint:
+        return (constraint[name],)
+    radii = constraint["radii"]
+    return radii[0], radii.__getitem__
+
+
+def what_is_commanded(commanded, number, steps, off):
     kinds = {"weights": Loads, "columns": Thrusters, "axes": Wheels}
     kind = next(kind for key, kind in kinds.items() if key in commanded)
-    return kind(commanded, number, steps)
+    return kind(commanded, number, steps, off)
 
 
 class Stage:
@@ -200,20 +213,24 @@ class Stage:
 
     def __init__(self, problem):
         self.layout, symbols, values = [], [], []
+        steps = len(problem["guess"]["controls"])
 
-        def number(name, value):
+        def number(name, value, of_step=None):
+            """A parameter, whose value in some steps may be another."""
             value = ca.sparsify(ca.DM(value))
-            symbol = ca.SX.sym(name, value.sparsity())
-            self.layout.append([name, value.sparsity().get_triplet()])
+            pattern = value.sparsity()
+            symbol = ca.SX.sym(name, pattern)
+            self.layout.append([name, pattern.get_triplet()])
             symbols.extend(symbol.nonzeros())
-            values.extend(value.nonzeros())
+            each = [value if of_step is None else ca.project(ca.DM(of_step(step)), pattern) for step in range(steps)]
+            values.append(np.array([of.nonzeros() for of in each]))
             return symbol
 
         self.h, self.mass, self.gm = (number(name, problem[name]) for name in ("h", "mass", "gm"))
         self.inertia = number("inertia", problem["inertia"])
         commanded = problem["commanded"]
-        steps = len(problem["guess"]["controls"])
-        self.commanded = what_is_commanded(commanded, number, steps)
+        off = problem["off"], problem["off_from"]
+        self.commanded = what_is_commanded(commanded, number, steps, off)
         self.layout.append(self.commanded.name)
         points = problem["points"] if problem["gm"] != 0 else []
         self.points = [(number("point", mass), number("place", place)) for mass, *place in points]
@@ -221,8 +238,8 @@ class Stage:
         for constraint in problem["constraints"]:
             names, value = INEQUALITIES[constraint["kind"]]
             self.layout.append(constraint["kind"])
-            self.inequalities.append((value, [number(name, constraint[name]) for name in names]))
-        self.numbers, self.values = ca.vertcat(*symbols), np.array(values)
+            self.inequalities.append((value, [number(name, *of_steps(constraint, name)) for name in names]))
+        self.numbers, self.values = ca.vertcat(*symbols), np.hstack(values)
         self.between, self.attitude = ca.SX.sym("between", 3), ca.SX.sym("attitude", 3, 3)
         self.parameters = ca.vertcat(self.between, ca.vec(self.attitude), self.numbers)
         self.state()
@@ -378,7 +395,7 @@ class Momenta(Stage):
         others = ca.vertcat(given, self.numbers)
         residual = ca.Function("residual", [f, others], [self.momentum(f) - given])
         root = ca.rootfinder("root", "newton", residual)
-        return np.array(root(np.zeros(3), np.concatenate([pi, self.values]))).ravel()
+        return np.array(root(np.zeros(3), np.concatenate([pi, self.values[0]]))).ravel()
 
     def commands(self, _load, _turn, following, _attitude):
         return np.concatenate([following[3:6], following[9:]])
@@ -409,6 +426,7 @@ class Problem:
             kind = Fastest if data["commanded"]["fastest"] else Slew
         self.stage, self.name = kind(data), unknowns
         self.states, self.ending, self.free = kind.states, kind.ending, kind.free
+        self.off, self.off_from = data["off"], data["off_from"]
         states = data["guess"]["states"]
         self.n = len(states) - 1
         attitudes = [np.array(state["R"]) for state in states]
@@ -421,7 +439,7 @@ class Problem:
         pairs = [part for pair in zip(coordinates, commands) for part in pair]
         self.guess = np.concatenate([*pairs, coordinates[-1]])
         between = [np.concatenate([cayley_vector(s.T @ r), s.flatten(order="F")]) for r, s in steps]
-        self.of_stages = np.array([np.concatenate([own, self.stage.values]) for own in between])
+        self.of_stages = np.hstack([between, self.stage.values])
         self.parameters = np.concatenate([self.of_stages.ravel(), start, end])
         own = [self.stage.least] * self.n
         self.least = np.concatenate([own[0], 0 * start, *own[1:], 0 * end])
@@ -587,7 +605,10 @@ class Problem:
         stages = unknowns[: -self.states].reshape(self.n, -1)
         following = np.vstack([stages[1:, : self.states], unknowns[-self.states :]])
         controls = self.stage.controls.map(self.n)(np.hstack([stages, following]).T, self.of_stages.T)
-        return (np.array(controls).T * self.stage.commanded.unit).tolist()
+        controls = np.array(controls).T * self.stage.commanded.unit
+        # What has no effect is left at some small value.
+        controls[self.off_from :, self.off] = 0.0
+        return controls.tolist()
 
 
 def main():

@@ -114,7 +114,8 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
-    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers of many kinds, with inequalities.
+    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers of many kinds, with inequalities, and on as many whose start
+    /// deviates, which hold them with a probability.
     Varied {
         /// How many, from the first on.
         #[arg(long, default_value_t = 300)]
@@ -126,8 +127,8 @@ enum Command {
         #[arg(long, default_value_t = 100)]
         steps: usize,
     },
-    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers by thrusters, at least energy and at minimum fuel, and on random
-    /// turns by reaction wheels, at least energy and in the shortest time.
+    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers by thrusters, at least energy, at minimum fuel and in phases, and
+    /// on random turns by reaction wheels, at least energy and in the shortest time.
     Actuators {
         /// How many of each kind, from the first on.
         #[arg(long, default_value_t = 30)]

@@ -48,6 +48,7 @@ mod problem;
 pub mod processing;
 mod propellant;
 mod replan;
+mod rescheduled;
 mod riccati;
 pub mod shooting;
 mod solver;

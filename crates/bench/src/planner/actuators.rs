@@ -1,20 +1,20 @@
-//! The planner beside CasADi's solvers on random maneuvers by one-sided thrusters, at least energy and at minimum fuel, and on random
-//! turns by reaction wheels, at least energy and in the shortest time.
+//! The planner beside CasADi's solvers on random maneuvers by one-sided thrusters, at least energy, at minimum fuel and in phases, and on
+//! random turns by reaction wheels, at least energy and in the shortest time.
 
 use std::path::Path;
 
 use lgvi_control::{NewtonSettings, Start, TimeRange, Transfer, solve_minimum_time};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Load, Method, MethodError, RigidBody, Simulation, StepError, System};
-use lgvi_truth::maneuvers::{Thrusted, Wheeled, thrusted, wheeled};
+use lgvi_truth::maneuvers::{Phased, Thrusted, Wheeled, phased, thrusted, wheeled};
 
 use super::beside::{self, Drawn};
-use super::peer::{ACTUATED, Commanded, Stated};
+use super::peer::{ACTUATED, Commanded, Sphere, Stated};
 use crate::error::BenchError;
 use crate::peer::Python;
 
 /// Tries the first `count` maneuvers of `seed` in so many steps of each kind; keeps `thrusters_<steps>.json`, `fuel_<steps>.json`,
-/// `wheels_<steps>.json` and `fastest_<steps>.json`, and the tables of those names.
+/// `phases_<steps>.json`, `wheels_<steps>.json` and `fastest_<steps>.json`, and the tables of those names.
 pub(crate) fn run(
     count: u64,
     seed: u64,
@@ -27,6 +27,9 @@ pub(crate) fn run(
         let tried = beside::try_all(count, python, &ACTUATED, draw)?;
         beside::keep((name, seed, intervals), &ACTUATED, tried, directory)?;
     }
+    let draw = |index| phased(seed, index, intervals);
+    let tried = beside::try_all(count, python, &ACTUATED, draw)?;
+    beside::keep(("phases", seed, intervals), &ACTUATED, tried, directory)?;
     let draw = |index| wheeled(seed, index, intervals);
     let tried = beside::try_all(count, python, &ACTUATED, draw)?;
     beside::keep(("wheels", seed, intervals), &ACTUATED, tried, directory)?;
@@ -61,6 +64,46 @@ impl Drawn for Thrusted {
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
         flight.set_thruster_commands(0, commands);
         flight.advance(&[Load::default()]).map(drop)
+    }
+}
+
+/// The size of a sphere that contains all of a maneuver, in parts of that of the middle phase.
+const EVERYWHERE: f64 = 1e3;
+
+impl Drawn for Phased {
+    fn family(&self) -> &'static str {
+        "phases"
+    }
+
+    fn ours(&self) -> Result<Transfer, BenchError> {
+        self.whole.ours()
+    }
+
+    fn theirs(&self) -> Result<Stated<'_>, BenchError> {
+        let Phased {
+            whole,
+            middle,
+            sphere: (center, radius),
+            off,
+        } = self;
+        // At the ends of steps of the middle phase, both of its own included.
+        let holds = |end| (middle.start..=middle.end).contains(&end);
+        let size = |end| if holds(end) { 1.0 } else { EVERYWHERE };
+        let radii = (1..=whole.transfer.intervals()).map(|end| size(end) * radius);
+        let sphere = Sphere {
+            inside: true,
+            center: *center,
+            radii: radii.collect(),
+        };
+        Ok(whole.theirs()?.with_sphere(sphere).without(off, middle.end))
+    }
+
+    fn begun(&self, cost: f64) -> (&Transfer, Result<Simulation, MethodError>) {
+        self.whole.begun(cost)
+    }
+
+    fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
+        self.whole.advance(flight, commands)
     }
 }
 

@@ -184,6 +184,17 @@ pub(crate) struct Stated<'p> {
     pub initial: &'p BodyState,
     pub target: BodyState,
     pub constraints: &'p [Constraint],
+    /// A sphere that is another at the end of each step.
+    pub sphere: Option<Sphere>,
+    /// Thrusters that are off, and the step from which they are.
+    pub off: (&'p [usize], usize),
+}
+
+/// A sphere to stay in or out of, with its radius at the end of each step.
+pub(crate) struct Sphere {
+    pub inside: bool,
+    pub center: Vector3<f64>,
+    pub radii: Vec<f64>,
 }
 
 impl<'p> Stated<'p> {
@@ -205,12 +216,29 @@ impl<'p> Stated<'p> {
             initial: transfer.initial(),
             target: target.ok_or_else(no_state)?,
             constraints: &[],
+            sphere: None,
+            off: (&[], 0),
         })
     }
 
     pub(crate) fn under(self, constraints: &'p [Constraint]) -> Self {
         Self {
             constraints,
+            ..self
+        }
+    }
+
+    pub(crate) fn with_sphere(self, sphere: Sphere) -> Self {
+        Self {
+            sphere: Some(sphere),
+            ..self
+        }
+    }
+
+    /// Without these thrusters from a step on.
+    pub(crate) fn without(self, thrusters: &'p [usize], from: usize) -> Self {
+        Self {
+            off: (thrusters, from),
             ..self
         }
     }
@@ -234,6 +262,11 @@ impl<'p> Stated<'p> {
         if points.is_empty() {
             points.push(json!([body.mass(), 0.0, 0.0, 0.0]));
         }
+        let sphere = self.sphere.as_ref().map(|sphere| {
+            let Sphere { center, radii, .. } = sphere;
+            let kind = if sphere.inside { "inside" } else { "sphere" };
+            json!({"kind": kind, "center": center.as_slice(), "radii": radii})
+        });
         let control = |u: &Load| {
             [
                 u.force.x, u.force.y, u.force.z, u.moment.x, u.moment.y, u.moment.z,
@@ -248,7 +281,9 @@ impl<'p> Stated<'p> {
             "commanded": self.commanded.to_json(body),
             "initial": state(self.initial),
             "target": state(&self.target),
-            "constraints": self.constraints.iter().filter_map(inequality).collect::<Vec<_>>(),
+            "constraints": self.constraints.iter().filter_map(inequality).chain(sphere).collect::<Vec<_>>(),
+            "off": self.off.0,
+            "off_from": self.off.1,
             "guess": {
                 "states": guess.states.iter().map(state).collect::<Vec<_>>(),
                 "controls": guess.controls.iter().map(control).collect::<Vec<_>>(),

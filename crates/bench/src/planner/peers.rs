@@ -158,6 +158,8 @@ fn build(casadi: &mut Casadi, case: &Case) -> Result<Vec<f64>, BenchError> {
         initial: &named.state,
         target,
         constraints: &[],
+        sphere: None,
+        off: (&[], 0),
     };
     casadi.build(&stated, &SOLVERS)
 }

@@ -1,4 +1,4 @@
-//! The planner beside CasADi's solvers on random maneuvers of many kinds, with inequalities.
+//! The planner beside CasADi's solvers on random maneuvers of many kinds, with inequalities, and on some that hold them with a probability.
 //!
 //! Each is stated to lgvi in units of its own, to the peers in units of its size: they depend on them, lgvi does not.
 
@@ -8,14 +8,15 @@ use lgvi_control::Transfer;
 use lgvi_dynamics::gravity::Central;
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::{Method, MethodError, Simulation, StepError, System};
-use lgvi_truth::maneuvers::{Varied, varied};
+use lgvi_truth::maneuvers::{Uncertain, Varied, uncertain, varied};
 
 use super::beside::{self, Drawn};
-use super::peer::{Commanded, Stated, VARIED, load};
+use super::peer::{Commanded, Sphere, Stated, VARIED, load};
 use crate::error::BenchError;
 use crate::peer::Python;
 
-/// Tries the first `count` maneuvers of `seed` in so many steps; keeps `varied_<steps>.json` and the table of that name.
+/// Tries the first `count` maneuvers of `seed` in so many steps; keeps `varied_<steps>.json` and the table of that name, and those of
+/// as many whose start deviates under `uncertain_<steps>`.
 pub(crate) fn run(
     count: u64,
     seed: u64,
@@ -25,7 +26,10 @@ pub(crate) fn run(
 ) -> Result<(), BenchError> {
     let draw = |index| varied(seed, index, intervals);
     let tried = beside::try_all(count, python, &VARIED, draw)?;
-    beside::keep(("varied", seed, intervals), &VARIED, tried, directory)
+    beside::keep(("varied", seed, intervals), &VARIED, tried, directory)?;
+    let draw = |index| uncertain(seed, index, intervals);
+    let tried = beside::try_all(count, python, &VARIED, draw)?;
+    beside::keep(("uncertain", seed, intervals), &VARIED, tried, directory)
 }
 
 impl Drawn for Varied {
@@ -58,5 +62,33 @@ impl Drawn for Varied {
 
     fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
         flight.advance(&[load(commands)]).map(drop)
+    }
+}
+
+/// To the peers the constraint is a sphere that grows as the deviations do.
+impl Drawn for Uncertain {
+    fn family(&self) -> &'static str {
+        "uncertain"
+    }
+
+    fn ours(&self) -> Result<Transfer, BenchError> {
+        Ok(self.transfer.clone())
+    }
+
+    fn theirs(&self) -> Result<Stated<'_>, BenchError> {
+        let sphere = Sphere {
+            inside: false,
+            center: self.center,
+            radii: self.radii.clone(),
+        };
+        Ok(self.certain.theirs()?.under(&[]).with_sphere(sphere))
+    }
+
+    fn begun(&self, cost: f64) -> (&Transfer, Result<Simulation, MethodError>) {
+        self.certain.begun(cost)
+    }
+
+    fn advance(&self, flight: &mut Simulation, commands: &[f64]) -> Result<(), StepError> {
+        self.certain.advance(flight, commands)
     }
 }

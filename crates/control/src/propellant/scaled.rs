@@ -107,7 +107,9 @@ impl<'t> Scaled<'t> {
             loads: ejection::loads(transfer, mass, &masses, &plan.states, &thrusts),
             ..self.with_even_use(0.0)
         };
-        let forces = command_forces(&self.stated(&along), plan)?;
+        let mut forces = command_forces(&self.stated(&along), plan)?;
+        // Nothing is known of a plan without multipliers.
+        forces.resize(plan.commands.len(), Command::zeros());
         let (actuation, h) = (&transfer.actuation, transfer.h);
         let each = plan.commands.iter().zip(&forces);
         let held = each.map(|(w, force)| (force.dot(w) - h * actuation.rate(w)).max(0.0));

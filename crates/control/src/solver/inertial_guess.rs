@@ -29,6 +29,7 @@ impl<C> Solver<'_, C> {
             stationarity: self.tolerances.stationarity,
             iterations: self.tolerances.iterations,
             coarse: self.coarse,
+            falls_back: false,
         };
         if let Some(plan) = &self.inertial {
             return Ok(Some(plan.clone()));

@@ -72,7 +72,7 @@ fn solve_plain(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     if transfer.actuation.is_of_wheels() {
-        return wheels::solve(transfer, start, Warmth::ANY, settings, observe);
+        return wheels::solve(transfer, start, Warmth::of(settings), settings, observe);
     }
     if let Some(command) = fuel::unlimited(transfer) {
         return Err(PlanError::Unlimited { command });
@@ -90,7 +90,13 @@ pub(crate) fn solve_stated(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    stated(transfer, start, Warmth::ANY, settings, &mut observe)
+    stated(
+        transfer,
+        start,
+        Warmth::of(settings),
+        settings,
+        &mut observe,
+    )
 }
 
 /// [`solve`] from a plan, without a cold start if that fails.
@@ -160,7 +166,13 @@ pub(crate) fn solve_in_own_units(
     settings: &NewtonSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
-    by_class(transfer, start, Warmth::ANY, settings, &mut observe)
+    by_class(
+        transfer,
+        start,
+        Warmth::of(settings),
+        settings,
+        &mut observe,
+    )
 }
 
 /// [`solve_in_own_units`] from an initial guess, without a cold start if it fails.

@@ -18,6 +18,8 @@ pub struct NewtonSettings {
     pub iterations: u32,
     /// Minimum number of intervals of the first resolution.
     pub coarse: usize,
+    /// Whether a cold start follows where the plan of a warm start leads to none.
+    pub falls_back: bool,
 }
 
 impl Default for NewtonSettings {
@@ -27,6 +29,7 @@ impl Default for NewtonSettings {
             stationarity: 1e-8,
             iterations: 300,
             coarse: 50,
+            falls_back: true,
         }
     }
 }
@@ -97,6 +100,14 @@ impl Warmth {
     /// Whether a cold start follows where the plan leads to none.
     pub(crate) fn falls_back(&self) -> bool {
         self.again
+    }
+
+    /// From any plan, as the settings say.
+    pub(crate) fn of(settings: &NewtonSettings) -> Self {
+        Self {
+            again: settings.falls_back,
+            ..Self::ANY
+        }
     }
 
     /// From any plan.

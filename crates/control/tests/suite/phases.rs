@@ -168,9 +168,15 @@ fn points_in_phases_cost_what_ipopt_finds() {
     }
 }
 
-/// All schedules of a problem whose switching times are free; where IPOPT finds no plan, there is none.
+/// All schedules of a problem whose switching times are free, from nothing and from the path of the schedule before; where IPOPT finds
+/// no plan, there is none.
 #[test]
 fn all_schedules_of_a_problem_cost_what_ipopt_finds() {
+    let near = NewtonSettings {
+        falls_back: false,
+        ..NewtonSettings::default()
+    };
+    let mut before: Option<([usize; 2], Plan)> = None;
     let search = &references()["search"];
     for row in list(&search["costs"]) {
         let [first, second] = [0, 1].map(|at| number(&row[at]) as usize);
@@ -181,7 +187,15 @@ fn all_schedules_of_a_problem_cost_what_ipopt_finds() {
         }
         let (transfer, phases) = point(&case);
         match (planned(&transfer), row[2].as_f64()) {
-            (Ok(plan), Some(cost)) => check(row, &plan, &phases, cost),
+            (Ok(plan), Some(cost)) => {
+                check(row, &plan, &phases, cost);
+                let switches = [first, second];
+                if let Some((from, path)) = before.replace((switches, plan)) {
+                    let path = path.rescheduled(&from, &switches).expect("a path");
+                    let found = solve(&transfer, Start::Warm(&path), &near, |_| true);
+                    check(row, &found.expect("a plan"), &phases, cost);
+                }
+            }
             (Err(PlanError::NotFound { .. }), None) => (),
             (found, expected) => panic!("{row}: {found:?} for {expected:?}"),
         }

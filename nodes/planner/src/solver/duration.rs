@@ -105,10 +105,14 @@ impl Durations<'_, '_> {
         let guess = self.best.as_ref().map(|(_, plan)| plan);
         let warm = self.problem.solve(&transfer, &[], guess, &mut count);
         let planned = match warm {
-            Err(Unsolved {
-                reason: Reason::Infeasible | Reason::NotConverged,
-                ..
-            }) if guess.is_some() => self.problem.solve(&transfer, &[], None, &mut count),
+            // Newton's method itself falls back on a cold start, but not on a search.
+            Err(unsolved)
+                if unsolved.is_missing()
+                    && guess.is_some()
+                    && self.problem.maneuver.search.is_some() =>
+            {
+                self.problem.solve(&transfer, &[], None, &mut count)
+            }
             planned => planned,
         };
         let cost = match planned {
@@ -120,7 +124,7 @@ impl Durations<'_, '_> {
                 }
                 cost
             }
-            Err(unsolved) if matches!(unsolved.reason, Reason::Cancelled | Reason::Refused) => {
+            Err(unsolved) if !unsolved.is_missing() => {
                 let best = self.best.take().map(|(_, plan)| Box::new(plan));
                 return Err(Unsolved { best, ..unsolved });
             }

@@ -67,6 +67,7 @@ pub(crate) fn solve(scene: &Scene, task: &Task, observe: Observe<'_>) -> Result<
         scene,
         maneuver: &maneuver,
         initial: &initial,
+        falls_back: true,
     };
     let mut solved = match task.end {
         End::After(_) if task.finds_phases(&maneuver) => {
@@ -146,6 +147,8 @@ struct Problem<'p> {
     /// That of the scene, or as it is seen in flight.
     maneuver: &'p Maneuver,
     initial: &'p Predicted,
+    /// Whether a cold start follows where a guess leads to no plan.
+    falls_back: bool,
 }
 
 impl Problem<'_> {
@@ -155,6 +158,7 @@ impl Problem<'_> {
             scene,
             maneuver,
             initial,
+            ..
         } = self;
         let transfer = scene.transfer_of(maneuver, initial.state, intervals, switches);
         let with_propellant = |transfer: Transfer| match initial.propellant {
@@ -178,51 +182,55 @@ impl Problem<'_> {
         let &Self {
             scene, maneuver, ..
         } = self;
-        attempt(scene, maneuver, transfer, guess, observe).map_err(|unsolved| {
-            match &unsolved.violated {
+        self.attempt(transfer, guess, observe)
+            .map_err(|unsolved| match &unsolved.violated {
                 None => unsolved,
                 Some(violated) => Unsolved {
                     message: violated.told(scene, maneuver, transfer.intervals(), switches),
                     ..unsolved
                 },
-            }
-        })
+            })
     }
-}
 
-fn attempt(
-    scene: &Scene,
-    maneuver: &Maneuver,
-    transfer: &Transfer,
-    guess: Option<&Plan>,
-    observe: Observe<'_>,
-) -> Result<Solved, Unsolved> {
-    if !maneuver.processed {
-        return by_method(maneuver, transfer, guess, observe);
-    }
-    let refused = |error: ProcessingError| Unsolved::new(Reason::Refused, error);
-    let early = processed(transfer.clone()).map_err(refused)?;
-    let Solved { plan, remark, .. } = by_method(maneuver, &early, None, observe)?;
-    let plan = flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)?;
-    Ok(Solved::new(plan, remark))
-}
-
-fn by_method(
-    maneuver: &Maneuver,
-    transfer: &Transfer,
-    guess: Option<&Plan>,
-    observe: Observe<'_>,
-) -> Result<Solved, Unsolved> {
-    let solver = &maneuver.solver;
-    let settings = newton_settings(solver);
-    let plan = match (solver.method, maneuver.search, guess) {
-        (SolverMethod::Shooting, ..) => shooting::solve(transfer, solver, observe)?,
-        (SolverMethod::Newton, Some(search), None) => {
-            return best(transfer, search, settings, observe);
+    fn attempt(
+        &self,
+        transfer: &Transfer,
+        guess: Option<&Plan>,
+        observe: Observe<'_>,
+    ) -> Result<Solved, Unsolved> {
+        let &Self {
+            scene, maneuver, ..
+        } = self;
+        if !maneuver.processed {
+            return self.by_method(transfer, guess, observe);
         }
-        (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe)?,
-    };
-    Ok(Solved::new(plan, String::new()))
+        let refused = |error: ProcessingError| Unsolved::new(Reason::Refused, error);
+        let early = processed(transfer.clone()).map_err(refused)?;
+        let Solved { plan, remark, .. } = self.by_method(&early, None, observe)?;
+        let plan = flown(&scene.bodies[maneuver.body].body, plan).map_err(refused)?;
+        Ok(Solved::new(plan, remark))
+    }
+
+    fn by_method(
+        &self,
+        transfer: &Transfer,
+        guess: Option<&Plan>,
+        observe: Observe<'_>,
+    ) -> Result<Solved, Unsolved> {
+        let Maneuver { solver, search, .. } = self.maneuver;
+        let settings = NewtonSettings {
+            falls_back: self.falls_back,
+            ..newton_settings(solver)
+        };
+        let plan = match (solver.method, *search, guess) {
+            (SolverMethod::Shooting, ..) => shooting::solve(transfer, solver, observe)?,
+            (SolverMethod::Newton, Some(search), None) => {
+                return best(transfer, search, settings, observe);
+            }
+            (SolverMethod::Newton, ..) => newton(transfer, guess, &settings, observe)?,
+        };
+        Ok(Solved::new(plan, String::new()))
+    }
 }
 
 /// The cheapest local minimum of a search; the ranking goes to the log.

@@ -121,6 +121,11 @@ impl Unsolved {
             violated: None,
         }
     }
+
+    /// Whether no plan was found, though the task makes sense and nobody ended the search.
+    pub(super) fn is_missing(&self) -> bool {
+        matches!(self.reason, Reason::Infeasible | Reason::NotConverged)
+    }
 }
 
 impl From<PlanError> for Unsolved {

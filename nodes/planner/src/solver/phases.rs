@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use lgvi_control::Plan;
 use lgvi_scene::{Maneuver, Phase};
@@ -13,7 +13,8 @@ const CHEAPER: f64 = 1e-9;
 /// them or several neighbors together, is cheaper.
 ///
 /// A pattern search over the steps at which they begin: strides of a quarter of the widest range, halved where no side is better, each
-/// plan from the best before it. What cannot be planned counts as infinitely dear.
+/// plan from the path of the best before it, whose phases are stretched. What cannot be planned counts as infinitely dear. Only next to
+/// the result a cold start follows where the path leads to no plan.
 pub(super) fn solve(
     problem: Problem<'_>,
     guess: Option<&Guess>,
@@ -28,6 +29,7 @@ pub(super) fn solve(
         observe,
         made: Iteration::NONE,
         known: BTreeMap::new(),
+        given_up: BTreeSet::new(),
         solves: 0,
         best: None,
         failure: None,
@@ -36,11 +38,11 @@ pub(super) fn solve(
     let widest = maneuver.phases.iter().map(room).max().unwrap_or(0);
     let mut stride = (widest / 4).max(1);
     let mut at = maneuver.proportional_switches(scene.steps);
-    let mut cost = schedules.cost(&at)?;
+    let mut cost = schedules.cost(&at, true)?;
     loop {
         let mut moved = false;
         for next in neighbors(maneuver, scene.steps, &at, stride) {
-            let other = schedules.cost(&next)?;
+            let other = schedules.cost(&next, stride == 1)?;
             if other < cost - CHEAPER * cost.abs() || cost.is_infinite() && other.is_finite() {
                 (at, cost, moved) = (next, other, true);
                 break;
@@ -55,22 +57,24 @@ pub(super) fn solve(
     }
     let Schedules {
         known,
+        given_up,
         solves,
         best,
         failure,
         ..
     } = schedules;
     match (best, failure) {
-        (Some((_, plan)), _) => {
+        (Some(Best { plan, .. }), _) => {
+            let tried = known.len() + given_up.len();
             let remark = format!(
                 "{}; {} schedules planned in {solves} solves, no neighbor of this one is cheaper",
                 described(maneuver, &at, scene.steps),
-                known.len()
+                tried
             );
             info!("{remark}");
             let phased = Phased {
                 switches: at,
-                schedules: known.len() as u32,
+                schedules: tried as u32,
                 solves,
             };
             Ok(Solved {
@@ -124,6 +128,22 @@ fn neighbors(maneuver: &Maneuver, steps: u64, at: &[u64], stride: u64) -> Vec<Ve
     all
 }
 
+/// The plan of the least objective so far.
+struct Best {
+    cost: f64,
+    switches: Vec<u64>,
+    plan: Plan,
+}
+
+impl Best {
+    /// A guess for other steps at which phases begin.
+    fn at(&self, switches: &[u64]) -> Option<Plan> {
+        let [from, to] = [&*self.switches, switches]
+            .map(|steps| steps.iter().map(|&step| step as usize).collect::<Vec<_>>());
+        self.plan.rescheduled(&from, &to)
+    }
+}
+
 struct Schedules<'s, 'o> {
     problem: Problem<'s>,
     /// An earlier plan of the whole maneuver, to start from.
@@ -133,28 +153,40 @@ struct Schedules<'s, 'o> {
     made: Iteration,
     /// The objective by the steps at which phases begin.
     known: BTreeMap<Vec<u64>, f64>,
+    /// Others to which the path of the best led to no plan.
+    given_up: BTreeSet<Vec<u64>>,
     /// Number of transfers solved.
     solves: u32,
-    /// The least objective, and its plan.
-    best: Option<(f64, Plan)>,
+    best: Option<Best>,
     /// Why the first that failed did.
     failure: Option<Unsolved>,
 }
 
 impl Schedules<'_, '_> {
-    /// The objective of the best plan whose phases begin then; infinite where there is none.
-    fn cost(&mut self, switches: &[u64]) -> Result<f64, Unsolved> {
+    /// The objective of the best plan whose phases begin then; infinite where there is none. Unless this is to be `thorough`, it is
+    /// tried from the best plan alone, if there is one.
+    fn cost(&mut self, switches: &[u64], thorough: bool) -> Result<f64, Unsolved> {
         if let Some(cost) = self.known.get(switches) {
             return Ok(*cost);
         }
+        let falls_back = thorough || self.best.is_none();
+        if !falls_back && self.given_up.contains(switches) {
+            return Ok(f64::INFINITY);
+        }
+        let problem = Problem {
+            falls_back,
+            ..self.problem
+        };
         let steps = self.problem.scene.steps as usize;
         let transfer = self.problem.transfer(steps, switches)?;
-        let (mut before, made) = (self.made, &mut self.made);
+        let made = &mut self.made;
         let observe = &mut *self.observe;
-        let best = self.best.as_ref().map(|(_, plan)| plan);
-        let guess = best.or(self.guess);
-        let mut planned = None;
-        for start in [guess, None] {
+        let best = self.best.as_ref();
+        let stretched = best.and_then(|best| best.at(switches));
+        let guess = stretched.as_ref().or(self.guess);
+        let solves = &mut self.solves;
+        let mut attempt = |start| {
+            let before = *made;
             let mut count = |now: &Iteration| {
                 *made = Iteration {
                     iteration: before.iteration + now.iteration,
@@ -163,46 +195,43 @@ impl Schedules<'_, '_> {
                 };
                 observe(made)
             };
-            self.solves += 1;
-            let found = self.problem.solve(&transfer, switches, start, &mut count);
-            before = *made;
-            let again = match &found {
-                Ok(_) => false,
-                Err(unsolved) => {
-                    let open = [Reason::Infeasible, Reason::NotConverged];
-                    start.is_some() && open.contains(&unsolved.reason)
-                }
-            };
-            planned = Some(found);
-            if !again {
-                break;
-            }
+            *solves += 1;
+            problem.solve(&transfer, switches, start, &mut count)
+        };
+        let mut planned = attempt(guess);
+        // Newton's method itself falls back on a cold start, but not on a search.
+        let searches = falls_back && guess.is_some() && problem.maneuver.search.is_some();
+        if searches && planned.as_ref().is_err_and(Unsolved::is_missing) {
+            planned = attempt(None);
         }
         let cost = match planned {
-            Some(Ok(Solved { plan, .. })) => {
+            Ok(Solved { plan, .. }) => {
                 let cost = plan.total_cost();
-                let least = self
-                    .best
-                    .as_ref()
-                    .map_or(f64::INFINITY, |(least, _)| *least);
+                let least = best.map_or(f64::INFINITY, |best| best.cost);
                 if cost < least - CHEAPER * least.abs() || least.is_infinite() {
-                    self.best = Some((cost, plan));
+                    self.best = Some(Best {
+                        cost,
+                        switches: switches.to_vec(),
+                        plan,
+                    });
                 }
                 cost
             }
-            Some(Err(unsolved))
-                if matches!(unsolved.reason, Reason::Cancelled | Reason::Refused) =>
-            {
-                let best = self.best.take().map(|(_, plan)| Box::new(plan));
+            Err(unsolved) if !unsolved.is_missing() => {
+                let best = self.best.take().map(|best| Box::new(best.plan));
                 return Err(Unsolved { best, ..unsolved });
             }
-            Some(Err(unsolved)) => {
+            Err(unsolved) => {
                 self.failure.get_or_insert(unsolved);
                 f64::INFINITY
             }
-            None => f64::INFINITY,
         };
-        self.known.insert(switches.to_vec(), cost);
+        if falls_back || cost.is_finite() {
+            self.given_up.remove(switches);
+            self.known.insert(switches.to_vec(), cost);
+        } else {
+            self.given_up.insert(switches.to_vec());
+        }
         Ok(cost)
     }
 }

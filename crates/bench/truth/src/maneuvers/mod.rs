@@ -33,8 +33,10 @@
 //! The number of steps is 50 to 200 in both classes.
 
 mod orbit;
+mod phased;
 mod rest;
 mod thrusted;
+mod uncertain;
 mod varied;
 mod wheeled;
 
@@ -47,7 +49,9 @@ use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
 use crate::random::Random;
+pub use phased::{Phased, phased};
 pub use thrusted::{Thrusted, thrusted};
+pub use uncertain::{Uncertain, uncertain};
 pub use varied::{Family, Varied, varied};
 pub use wheeled::{Wheeled, wheeled};
 

@@ -131,7 +131,7 @@ fn slew(random: &mut Random, family: Family, intervals: usize) -> Result<Varied,
 }
 
 /// Draws a motion from rest to rest at another position, with a slew.
-fn crossing(
+pub(super) fn crossing(
     random: &mut Random,
     family: Family,
     intervals: usize,
@@ -371,7 +371,7 @@ fn past_a_cone(random: &mut Random, free: Varied) -> Result<Varied, ManeuverErro
 }
 
 /// Adds a keep-out sphere near the middle of the plan without it.
-fn past_a_sphere(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
+pub(super) fn past_a_sphere(random: &mut Random, free: Varied) -> Result<Varied, ManeuverError> {
     let Ok(plan) = solve(
         &free.transfer,
         Start::Cold,

@@ -17,9 +17,10 @@ every solve starts from. What is commanded is force and moment, {weights: [force
 that turn with the body, {columns: [[force, moment per thrust in the body frame], ...], limits, prices, fuel: BOOL}, or the torques
 of its reaction wheels, {axes: [[3], ...], limits, prices, stored: [3], fastest: BOOL}, with the momentum that they store at the start;
 what is minimized is the time where the turn is to be the fastest, with the length of all steps as one more state. For
-thrusters and wheels there are only "controls", without gravity. The thrusters `off`, by number, have no effect from step `off_from` on, and
-a sphere with `radii` has one at the end of each step. Their steps are those of the LGVI, (3.22)-(3.26), and with wheels
+thrusters and wheels there are only "controls", without gravity. Their steps are those of the LGVI, (3.22)-(3.26), and with wheels
 those of a gyrostat, whose position stays. A solve ends after `seconds` on the processor where IPOPT is asked.
+
+The thrusters `off`, by number, have no effect from step `off_from` on. A sphere may have `radii`, one for the end of each step.
 
 The problem is the one that lgvi solves: Lie-Euler steps (4.19)-(4.23) in central gravity, cost sum (h/2) u'Wu or, for fuel,
 sum h prices'w, both ends fixed, the inequalities in each step or at its end. What was done to be fair to the peers:
@@ -187,7 +188,7 @@ class Wheels(Thrusters):
 
 
 def of_steps(constraint, name):
-    """A number of a constraint, or its values in all steps."""
+    """What `number` takes for a number of a constraint: its value, and its values in all steps if these differ."""
     if name != "radius" or "radii" not in constraint:
         return (constraint[name],)
     radii = constraint["radii"]

@@ -114,8 +114,8 @@ enum Command {
         #[arg(long, default_value_t = lgvi_truth::maneuvers::SEED)]
         seed: u64,
     },
-    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers of many kinds, with inequalities, and on as many whose start
-    /// deviates, which hold them with a probability.
+    /// The planner beside CasADi with IPOPT and fatrop on random maneuvers of many kinds, with inequalities, and on as many that keep a
+    /// sphere with a probability although their start deviates.
     Varied {
         /// How many, from the first on.
         #[arg(long, default_value_t = 300)]

@@ -1,6 +1,6 @@
 //! Plans whose phases begin at other steps.
 
-use lgvi_dynamics::BodyState;
+use lgvi_dynamics::{BodyState, Load};
 use lgvi_lie::{exp, log};
 
 use crate::{Certificate, Plan, Sweep};
@@ -22,13 +22,13 @@ impl Schedule {
         (from.len() == to.len()).then_some(Self { from, to })
     }
 
-    /// The step before, to which the time `step` of the new schedule belongs, as a number of intervals.
-    fn before(&self, step: f64) -> f64 {
+    /// The time in the old schedule, in steps, that corresponds to `step` in the new one, and by how much faster it passes.
+    fn before(&self, step: f64) -> (f64, f64) {
         let inner = &self.to[1..self.to.len() - 1];
         let phase = inner.partition_point(|&begin| begin as f64 <= step);
         let [from, to] = [&self.from, &self.to].map(|all| [all[phase], all[phase + 1]]);
-        let part = (step - to[0] as f64) / (to[1] - to[0]) as f64;
-        from[0] as f64 + part * (from[1] - from[0]) as f64
+        let rate = (from[1] - from[0]) as f64 / (to[1] - to[0]) as f64;
+        (from[0] as f64 + rate * (step - to[0] as f64), rate)
     }
 }
 
@@ -48,15 +48,36 @@ impl Plan {
             (step, time - step as f64)
         };
         let state = |step: usize| {
-            let (step, part) = split(schedule.before(step as f64));
-            between(&self.states[step], &self.states[step + 1], part)
+            let (time, rate) = schedule.before(step as f64);
+            let (step, part) = split(time);
+            let state = between(&self.states[step], &self.states[step + 1], part);
+            BodyState {
+                linear_momentum: rate * state.linear_momentum,
+                angular_momentum: rate * state.angular_momentum,
+                ..state
+            }
         };
-        let same = |step: usize| split(schedule.before(step as f64 + 0.5)).0;
+        let same = |step: usize| {
+            let (time, rate) = schedule.before(step as f64 + 0.5);
+            (split(time).0, rate * rate)
+        };
+        let command = |step: usize| {
+            let (step, factor) = same(step);
+            factor * self.commands[step]
+        };
+        let control = |step: usize| {
+            let (step, factor) = same(step);
+            let Load { force, moment } = self.controls[step];
+            Load {
+                force: factor * force,
+                moment: factor * moment,
+            }
+        };
         Some(Self {
             h: self.h,
             states: (0..=intervals).map(state).collect(),
-            commands: (0..intervals).map(|k| self.commands[same(k)]).collect(),
-            controls: (0..intervals).map(|k| self.controls[same(k)]).collect(),
+            commands: (0..intervals).map(command).collect(),
+            controls: (0..intervals).map(control).collect(),
             multipliers: Vec::new(),
             feedback: Vec::new(),
             actuator_feedback: Vec::new(),
@@ -88,7 +109,9 @@ mod tests {
         let schedule = Schedule::new(&[20, 30], &[10, 30], 50).unwrap();
         let steps = [0.0, 5.0, 9.5, 10.0, 20.0, 30.0, 41.5, 50.0];
         let before = [0.0, 10.0, 19.0, 20.0, 25.0, 30.0, 41.5, 50.0];
-        assert_eq!(steps.map(|step| schedule.before(step)), before);
+        assert_eq!(steps.map(|step| schedule.before(step).0), before);
+        let rates = [2.0, 2.0, 2.0, 0.5, 0.5, 1.0, 1.0, 1.0];
+        assert_eq!(steps.map(|step| schedule.before(step).1), rates);
     }
 
     #[test]

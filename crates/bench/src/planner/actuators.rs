@@ -67,7 +67,7 @@ impl Drawn for Thrusted {
     }
 }
 
-/// The size of a sphere that contains all of a maneuver, in parts of that of the middle phase.
+/// The size of a sphere that contains all of a maneuver, in multiples of that of the middle phase.
 const EVERYWHERE: f64 = 1e3;
 
 impl Drawn for Phased {
@@ -86,7 +86,7 @@ impl Drawn for Phased {
             sphere: (center, radius),
             off,
         } = self;
-        // At the ends of steps of the middle phase, both of its own included.
+        // The states at which the middle phase begins and ends are in it.
         let holds = |end| (middle.start..=middle.end).contains(&end);
         let size = |end| if holds(end) { 1.0 } else { EVERYWHERE };
         let radii = (1..=whole.transfer.intervals()).map(|end| size(end) * radius);

@@ -184,7 +184,7 @@ pub(crate) struct Stated<'p> {
     pub initial: &'p BodyState,
     pub target: BodyState,
     pub constraints: &'p [Constraint],
-    /// A sphere that is another at the end of each step.
+    /// A sphere whose radius differs from step to step.
     pub sphere: Option<Sphere>,
     /// Thrusters that are off, and the step from which they are.
     pub off: (&'p [usize], usize),

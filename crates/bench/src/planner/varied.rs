@@ -1,6 +1,6 @@
 //! The planner beside CasADi's solvers on random maneuvers of many kinds, with inequalities, and on some that hold them with a probability.
 //!
-//! Each is stated to lgvi in units of its own, to the peers in units of its size: they depend on them, lgvi does not.
+//! Those of many kinds are stated to lgvi in units of their own, to the peers in units of their size: they depend on them, lgvi does not.
 
 use std::path::Path;
 

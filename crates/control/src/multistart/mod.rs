@@ -8,7 +8,8 @@ use std::cell::Cell;
 use lgvi_dynamics::BodyState;
 
 use crate::solver::{
-    NewtonSettings, Phase, PlanError, Progress, Start, from_guess, solve_in_own_units as solve,
+    NewtonSettings, Phase, PlanError, Progress, Start, chance, from_guess,
+    solve_in_own_units as solve,
 };
 use crate::units::Units;
 use crate::{Plan, Transfer, propellant, wheels};
@@ -59,7 +60,8 @@ const SAME: f64 = 1e-6;
 /// ends with the minima already known at all intervals, if any.
 ///
 /// # Assumptions and limitations
-/// The search is not exhaustive. Plans that are not strict minima are not returned, except that of the first start.
+/// The search is not exhaustive. With constraints that hold with a probability, it finds the minima without deviations, from which
+/// those with them are planned. Plans that are not strict minima are not returned, except that of the first start.
 ///
 /// # Errors
 /// Returns the solver's error of the cold start if no start leads to a minimum.
@@ -68,15 +70,23 @@ pub fn search(
     settings: &SearchSettings,
     mut observe: impl FnMut(&Progress) -> bool,
 ) -> Result<Vec<Minimum>, PlanError> {
-    if transfer.chances.is_some() {
-        let beside = "a search";
-        return Err(PlanError::ChancesBeside { beside });
+    match &transfer.chances {
+        Some(chances) => chance::search(transfer, chances, settings, &mut observe),
+        None => search_plain(transfer, settings, &mut observe),
     }
+}
+
+/// [`search`] for constraints as they are.
+pub(crate) fn search_plain(
+    transfer: &Transfer,
+    settings: &SearchSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
     if transfer.actuation.is_of_wheels() {
-        return wheels::search(transfer, settings, &mut observe);
+        return wheels::search(transfer, settings, observe);
     }
     if transfer.uses_propellant() {
-        return propellant::search(transfer, settings, &mut observe);
+        return propellant::search(transfer, settings, observe);
     }
     search_stated(transfer, settings, observe)
 }

@@ -15,7 +15,7 @@ mod scaled;
 
 use crate::anderson::{Anderson, minus};
 use crate::multistart::{resolved, search_stated};
-use crate::solver::{NewtonSettings, PlanError, Progress, Start, solve_stated};
+use crate::solver::{Consecutive, NewtonSettings, PlanError, Progress, Start, solve_stated};
 use crate::{Minimum, Motion, Plan, SearchSettings, Transfer, TransferError};
 use flight::fly;
 use masses::Masses;
@@ -39,7 +39,7 @@ pub(crate) fn solve(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     let scaled = Scaled::new(transfer)?;
-    let mut made = [0; 2];
+    let mut progress = Consecutive::new(observe);
     let mut plan = match start {
         Start::Cold => None,
         Start::Warm(plan) => scaled.entered(plan),
@@ -56,18 +56,9 @@ pub(crate) fn solve(
     let mut lighter = plan.is_some();
     let mut violation = f64::INFINITY;
     for _ in 0..MOST {
-        let before = made;
-        let mut watch = |now: &Progress| {
-            made = [before[0] + now.iteration, before[1] + now.trials];
-            observe(&Progress {
-                iteration: made[0],
-                trials: made[1],
-                ..*now
-            })
-        };
         let stated = scaled.stated(&along);
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
-        let found = match solve_stated(&stated, start, settings, &mut watch) {
+        let found = match solve_stated(&stated, start, settings, progress.next()) {
             Ok(found) => found,
             Err(error) if !lighter && error.is_missing() => {
                 along = scaled.with_even_use(1.0);
@@ -100,7 +91,7 @@ pub(crate) fn solve(
             .as_ref()
             .map_or(f64::INFINITY, |plan| plan.certificate.stationarity),
         best: last.map(Box::new),
-        iterations: made[0],
+        iterations: progress.made()[0],
         violation,
         tolerance: SAME,
     })
@@ -114,11 +105,13 @@ pub(crate) fn search(
 ) -> Result<Vec<Minimum>, PlanError> {
     let scaled = Scaled::new(transfer)?;
     let stated = scaled.stated(&scaled.with_even_use(0.0));
-    let minima = search_stated(&stated, settings, &mut *observe)
+    let mut progress = Consecutive::new(observe);
+    let minima = search_stated(&stated, settings, progress.next())
         .map_err(|error| scaled.left_error(error))?;
     resolved(minima, |plan| {
         let guess = scaled.left(plan, None, 0.0);
-        solve(transfer, Start::Warm(&guess), &settings.newton, observe)
+        let start = Start::Warm(&guess);
+        solve(transfer, start, &settings.newton, &mut progress.next())
     })
 }
 

@@ -108,8 +108,9 @@ impl<'t> Scaled<'t> {
             ..self.with_even_use(0.0)
         };
         let mut forces = command_forces(&self.stated(&along), plan)?;
-        // Nothing is known of a plan without multipliers.
-        forces.resize(plan.commands.len(), Command::zeros());
+        if plan.multipliers.is_empty() {
+            forces = vec![Command::zeros(); plan.commands.len()];
+        }
         let (actuation, h) = (&transfer.actuation, transfer.h);
         let each = plan.commands.iter().zip(&forces);
         let held = each.map(|(w, force)| (force.dot(w) - h * actuation.rate(w)).max(0.0));

@@ -11,10 +11,11 @@ use lgvi_lie::exp;
 
 use super::deviations::deviations;
 use super::error::PlanError;
-use super::progress::{NewtonSettings, Progress, Start};
+use super::progress::{Consecutive, NewtonSettings, Progress, Start};
 use super::solve_plain;
+use crate::multistart::{resolved, search_plain};
 use crate::problem::{Chances, Deviations, InequalitySet, StateInequality, Vector12, block};
-use crate::{Motion, Plan, Transfer};
+use crate::{Minimum, Motion, Plan, SearchSettings, Transfer};
 
 /// Maximum number of plans.
 const ROUNDS: u32 = 12;
@@ -42,22 +43,13 @@ pub(super) fn solve(
         return Err(PlanError::ChancesBeside { beside });
     }
     let mut own = transfer.clone();
-    let mut made = [0; 2];
+    let mut progress = Consecutive::new(observe);
     let mut before: Option<Plan> = None;
     let mut last = Worst::default();
     let mut used = vec![vec![0.0; transfer.intervals + 1]; transfer.inequalities.state.len()];
     for round in 1..=ROUNDS {
-        let earlier = made;
-        let mut watch = |now: &Progress| {
-            made = [earlier[0] + now.iteration, earlier[1] + now.trials];
-            observe(&Progress {
-                iteration: made[0],
-                trials: made[1],
-                ..*now
-            })
-        };
         let start = before.as_ref().map_or(start, Start::Warm);
-        let plan = solve_plain(&own, start, settings, &mut watch)?;
+        let plan = solve_plain(&own, start, settings, &mut progress.next())?;
         let spreads = spreads(transfer, chances, &plan)?;
         last = worst(&transfer.inequalities, transfer.h, &plan, &spreads);
         let settled = round == ROUNDS || !differ(&used, &spreads);
@@ -74,6 +66,25 @@ pub(super) fn solve(
         step: last.step,
         violation: inequality.excess(last.excess),
         best: before.map(Box::new),
+    })
+}
+
+/// [`crate::search`] for such a transfer, among the minima without deviations.
+pub(crate) fn search(
+    transfer: &Transfer,
+    chances: &Chances,
+    settings: &SearchSettings,
+    observe: &mut dyn FnMut(&Progress) -> bool,
+) -> Result<Vec<Minimum>, PlanError> {
+    let certain = Transfer {
+        chances: None,
+        ..transfer.clone()
+    };
+    let mut progress = Consecutive::new(observe);
+    let minima = search_plain(&certain, settings, &mut progress.next())?;
+    resolved(minima, |plan| {
+        let (start, newton) = (Start::Warm(&plan), &settings.newton);
+        solve(transfer, chances, start, newton, &mut progress.next())
     })
 }
 

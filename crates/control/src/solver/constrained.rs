@@ -302,9 +302,12 @@ impl<C> Solver<'_, C> {
             Some(forces) => barrier.resume(&states[1..], commands, forces, self.barrier),
             None => barrier.start(&states[1..], commands, self.smooth),
         }
-        // Steps within the inequalities converge soon or not at all, but for the flat cost of fuel.
-        let soon = self.within && !self.transfer.actuation.minimizes_fuel();
-        let patience = if soon { 1 } else { PATIENCE };
+        // Steps within the inequalities converge soon or not at all; it takes longer where the cost of fuel is flat.
+        let patience = match (self.within, self.transfer.actuation.minimizes_fuel()) {
+            (true, false) => 1,
+            (true, true) => 2,
+            (false, _) => PATIENCE,
+        };
         let tolerances = Tolerances {
             iterations: patience * self.tolerances.iterations,
             near: 0.0,

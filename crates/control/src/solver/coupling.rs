@@ -8,7 +8,7 @@ use super::attempt::Solver;
 use super::both;
 use super::class::Class;
 use super::error::PlanError;
-use super::progress::{NewtonSettings, Progress, Start, Warmth};
+use super::progress::{Consecutive, NewtonSettings, Progress, Start, Warmth};
 use super::resolution::resolved;
 use crate::discrete::{DiscreteDynamics, KickDriftKick};
 use crate::newton::Ending;
@@ -26,25 +26,16 @@ pub(super) fn half<C, const X: usize, const U: usize>(
 where
     C: Class<X, U> + Clone,
 {
-    let mut made = [0; 2];
-    let mut watch = |now: &Progress| {
-        made = [now.iteration, now.trials];
-        observe(now)
-    };
-    let plan = Solver::new(class.clone(), transfer, settings, &mut watch).solve(start, warmth)?;
+    let mut progress = Consecutive::new(observe);
+    let plan = Solver::new(class.clone(), transfer, settings, &mut progress.next())
+        .solve(start, warmth)?;
     let tolerated = settings.violation.max(2.0 * plan.certificate.terminal);
     if miss(class, transfer, &plan).is_some_and(|miss| miss <= tolerated) {
         return Ok(plan);
     }
-    let mut watch = |now: &Progress| {
-        observe(&Progress {
-            iteration: made[0] + now.iteration,
-            trials: made[1] + now.trials,
-            ..*now
-        })
-    };
     let whole = whole(class, transfer);
-    let plan = both(&whole, Start::Warm(&plan), warmth, settings, &mut watch)?;
+    let start = Start::Warm(&plan);
+    let plan = both(&whole, start, warmth, settings, &mut progress.next())?;
     // The terminal conditions are not those of the transfer.
     let sweep = plan.sweep.clone().without_policies();
     Ok(Plan { sweep, ..plan })

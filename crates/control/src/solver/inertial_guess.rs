@@ -8,7 +8,7 @@ use nalgebra::{Matrix3, SMatrix};
 use super::attempt::Solver;
 use super::class::{Both, Class};
 use super::error::PlanError;
-use super::progress::{NewtonSettings, Progress, Start, Warmth};
+use super::progress::{Consecutive, NewtonSettings, Start, Warmth};
 use crate::problem::{InequalitySet, Weight};
 use crate::{Actuation, Motion, Plan, Sweep, Transfer};
 
@@ -34,19 +34,11 @@ impl<C> Solver<'_, C> {
         if let Some(plan) = &self.inertial {
             return Ok(Some(plan.clone()));
         }
-        let before = [self.standing.iteration, self.standing.trials];
-        let mut made = before;
-        let observe = &mut *self.observe;
-        let mut watch = |now: &Progress| {
-            made = [before[0] + now.iteration, before[1] + now.trials];
-            observe(&Progress {
-                iteration: made[0],
-                trials: made[1],
-                ..*now
-            })
-        };
+        let made = [self.standing.iteration, self.standing.trials];
+        let mut progress = Consecutive::after(made, &mut *self.observe);
         let mut solved = |problem: &Transfer| {
-            Solver::new(Both::<6>, problem, &settings, &mut watch).solve(Start::Cold, Warmth::ONCE)
+            Solver::new(Both::<6>, problem, &settings, &mut progress.next())
+                .solve(Start::Cold, Warmth::ONCE)
         };
         let found = match self.transfer.inequalities.on_states_in_phases() {
             Some(inequalities) => {
@@ -62,7 +54,7 @@ impl<C> Solver<'_, C> {
             }
             None => solved(&free),
         };
-        [self.standing.iteration, self.standing.trials] = made;
+        [self.standing.iteration, self.standing.trials] = progress.made();
         match found {
             Ok(plan) => {
                 self.inertial = Some(turned(self.transfer, plan));

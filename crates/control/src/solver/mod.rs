@@ -4,7 +4,7 @@
 mod assisted;
 mod attempt;
 mod between;
-mod chance;
+pub(crate) mod chance;
 mod class;
 mod constrained;
 mod coupling;
@@ -30,7 +30,7 @@ pub(crate) use between::{Margin, Reached, TOLERANCE as BETWEEN};
 pub(crate) use crest::highest;
 pub use error::PlanError;
 pub(crate) use free_time::{TimePrice, TimedPath};
-pub(crate) use progress::Warmth;
+pub(crate) use progress::{Consecutive, Warmth};
 pub use progress::{NewtonSettings, Phase, Progress, Start};
 
 use crate::discrete::SPINNING;

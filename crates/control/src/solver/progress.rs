@@ -18,7 +18,7 @@ pub struct NewtonSettings {
     pub iterations: u32,
     /// Minimum number of intervals of the first resolution.
     pub coarse: usize,
-    /// Whether a cold start follows where the plan of a warm start leads to none.
+    /// Whether a cold start follows where a plan to start from leads to none, also one of a series that a solution makes.
     pub falls_back: bool,
 }
 
@@ -83,6 +83,47 @@ impl Standing {
             stationarity: self.stationarity,
             cost: self.cost + self.fuel,
             phase,
+        }
+    }
+}
+
+/// Progress of several solutions, whose iterations and trials are counted consecutively.
+pub(crate) struct Consecutive<'o> {
+    observe: &'o mut dyn FnMut(&Progress) -> bool,
+    /// Iterations and trials before the present solution, and with it.
+    before: [u32; 2],
+    made: [u32; 2],
+}
+
+impl<'o> Consecutive<'o> {
+    pub(crate) fn new(observe: &'o mut dyn FnMut(&Progress) -> bool) -> Self {
+        Self::after([0; 2], observe)
+    }
+
+    /// After so many iterations and trials.
+    pub(crate) fn after(made: [u32; 2], observe: &'o mut dyn FnMut(&Progress) -> bool) -> Self {
+        Self {
+            observe,
+            before: made,
+            made,
+        }
+    }
+
+    /// Iterations and trials so far.
+    pub(crate) fn made(&self) -> [u32; 2] {
+        self.made
+    }
+
+    /// Observes another solution.
+    pub(crate) fn next(&mut self) -> impl FnMut(&Progress) -> bool {
+        self.before = self.made;
+        move |now: &Progress| {
+            self.made = [self.before[0] + now.iteration, self.before[1] + now.trials];
+            (self.observe)(&Progress {
+                iteration: self.made[0],
+                trials: self.made[1],
+                ..*now
+            })
         }
     }
 }

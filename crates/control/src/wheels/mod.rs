@@ -18,8 +18,8 @@ use nalgebra::{SVector, Vector3};
 use crate::multistart::{resolved, search_stated};
 use crate::problem::block;
 use crate::solver::{
-    self, NewtonSettings, PlanError, Progress, Start, TimePrice, TimedPath, Warmth, solve_near,
-    solve_stated,
+    self, Consecutive, NewtonSettings, PlanError, Progress, Start, TimePrice, TimedPath, Warmth,
+    solve_near, solve_stated,
 };
 use crate::units::Units;
 use crate::{
@@ -42,7 +42,7 @@ pub(crate) fn solve(
     observe: &mut dyn FnMut(&Progress) -> bool,
 ) -> Result<Plan, PlanError> {
     stateable(transfer)?;
-    let mut made = [0; 2];
+    let mut progress = Consecutive::new(observe);
     let mut plan = match start {
         Start::Cold => None,
         Start::Warm(plan) => Some(entered(transfer, plan)),
@@ -60,19 +60,10 @@ pub(crate) fn solve(
             speeds.impose(transfer, &mut stated);
             plan = plan.map(|plan| speeds.entered(transfer, plan));
         }
-        let before = made;
-        let mut watch = |now: &Progress| {
-            made = [before[0] + now.iteration, before[1] + now.trials];
-            observe(&Progress {
-                iteration: made[0],
-                trials: made[1],
-                ..*now
-            })
-        };
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
         let found = match start {
-            Start::Warm(plan) => solve_near(&stated, plan, warmth, settings, &mut watch),
-            Start::Cold => solve_stated(&stated, Start::Cold, settings, &mut watch),
+            Start::Warm(plan) => solve_near(&stated, plan, warmth, settings, progress.next()),
+            Start::Cold => solve_stated(&stated, Start::Cold, settings, progress.next()),
         };
         let found = found.map_err(|error| {
             let error = left_error(transfer, error);
@@ -99,7 +90,7 @@ pub(crate) fn solve(
             let stationarity = found.certificate.stationarity;
             return Err(PlanError::NotConverged {
                 best: Some(Box::new(left(transfer, found, flight, apart))),
-                iterations: made[0],
+                iterations: progress.made()[0],
                 violation: apart,
                 stationarity,
                 tolerance,
@@ -154,7 +145,8 @@ pub(crate) fn search(
     stateable(transfer)?;
     let coasting = vec![Command::zeros(); transfer.intervals];
     let stated = stated(transfer, fly(transfer, &coasting)?.positions());
-    let minima = search_stated(&stated, settings, &mut *observe)
+    let mut progress = Consecutive::new(observe);
+    let minima = search_stated(&stated, settings, progress.next())
         .map_err(|error| left_error(transfer, error))?;
     resolved(minima, |plan| {
         let flight = fly(transfer, &plan.commands)?;
@@ -165,7 +157,9 @@ pub(crate) fn search(
         }
         let guess = left(transfer, plan, flight, apart);
         let start = Start::Warm(&guess);
-        solve(transfer, start, Warmth::ANY, &settings.newton, observe)
+        let newton = &settings.newton;
+        let warmth = Warmth::of(newton);
+        solve(transfer, start, warmth, newton, &mut progress.next())
     })
 }
 

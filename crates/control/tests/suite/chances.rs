@@ -281,6 +281,61 @@ fn what_cannot_hold_with_a_probability_is_refused() {
         ),
         "{error}"
     );
-    let refused = search(&transfer, &SearchSettings::default(), |_| true).expect_err("a search");
-    assert!(refused.to_string().contains("beside a search"), "{refused}");
+    let settings = SearchSettings {
+        starts: 2,
+        ..SearchSettings::default()
+    };
+    let error = search(&transfer, &settings, |_| true).expect_err("no room at the target");
+    assert!(matches!(error, PlanError::Infeasible { .. }), "{error}");
+}
+
+/// Without gravity and in open loop positions deviate alike in all directions, so that a sphere with the probability of two standard
+/// deviations is one that grows by twice the deviation. All minima touch it, and the cheapest costs no more than the plan of a cold start.
+#[test]
+fn minima_keep_a_sphere_with_a_probability() {
+    let still = Vector3::zeros();
+    let ends = [
+        at(Vector3::new(-2.0, 0.3, 0.1), still, still),
+        at(
+            Vector3::new(1.4, 0.0, 0.0),
+            still,
+            Vector3::new(0.0, 0.0, 2.0),
+        ),
+    ];
+    let (position, velocity) = (0.03, 0.02);
+    let uncertainty = Uncertainty {
+        position,
+        velocity,
+        ..Uncertainty::default()
+    };
+    let transfer = transfer(0.0, 10.0, 40, ends)
+        .with_constraints_at_ends(&[sphere(0.6)])
+        .with_chances(Chances::new(uncertainty, 0.977_249_868_051_820_8).expect("chances"));
+    let settings = SearchSettings {
+        starts: 12,
+        ..SearchSettings::default()
+    };
+    let mut last = 0;
+    let minima = search(&transfer, &settings, |now| {
+        assert!(
+            now.iteration >= last,
+            "iterations are counted consecutively"
+        );
+        last = now.iteration;
+        true
+    });
+    let minima = minima.expect("minima");
+    assert!(minima.len() > 1, "{}", minima.len());
+    let cold = planned(&transfer).expect("a plan");
+    assert!(minima[0].plan.cost <= cold.cost * (1.0 + 1e-6));
+    for minimum in &minima {
+        let states = minimum.plan.states.iter().enumerate().skip(1);
+        let spare = states.map(|(end, state)| {
+            let moved = velocity * transfer.h() * end as f64;
+            let deviation = (position * position + moved * moved).sqrt();
+            state.position.norm() - (0.6 + 2.0 * deviation)
+        });
+        let spare = spare.fold(f64::INFINITY, f64::min);
+        assert!((-1e-5..1e-3).contains(&spare), "{spare:e}");
+    }
 }

@@ -473,9 +473,10 @@ fn confidences_that_cannot_be_kept_are_refused_with_their_key() {
         ("confidence = 0.99", "confidence = 1.0", "a probability"),
         ("confidence = 0.99", "confidence = 0.3", "a probability"),
         (
-            "confidence = 0.99",
-            "confidence = 0.9\nsearch = { starts = 2 }",
-            "beside `search`",
+            "motion = \"translation\"\nfeedback = true\nconfidence = 0.99\n",
+            "motion = \"translation\"\nconfidence = 0.9\nfinal_time = { min = 100.0, minimize = \"time\" }\n\
+             [[maneuver.constraints]]\nkind = \"force_norm\"\nlimit = 5.0\n",
+            "beside a `final_time` that minimizes the time",
         ),
         (
             "confidence = 0.99",

@@ -47,6 +47,22 @@ impl Iteration {
 }
 
 impl Iteration {
+    /// Observes another solution, whose iterations are counted on from these.
+    pub(super) fn continued<'i>(
+        &'i mut self,
+        observe: &'i mut dyn FnMut(&Self) -> bool,
+    ) -> impl FnMut(&Self) -> bool {
+        let before = *self;
+        move |now: &Self| {
+            *self = Self {
+                iteration: before.iteration + now.iteration,
+                trials: before.trials + now.trials,
+                ..*now
+            };
+            observe(self)
+        }
+    }
+
     /// Says of the plan that the iteration has led to what the plan says of itself: its last step is seen by nobody.
     pub(crate) fn settle(&mut self, plan: &Plan) {
         self.cost = plan.cost;

@@ -147,7 +147,7 @@ struct Problem<'p> {
     /// That of the scene, or as it is seen in flight.
     maneuver: &'p Maneuver,
     initial: &'p Predicted,
-    /// Whether a cold start follows where a guess leads to no plan.
+    /// Whether Newton's method starts anew where a guess leads to no plan.
     falls_back: bool,
 }
 
@@ -190,6 +190,30 @@ impl Problem<'_> {
                     ..unsolved
                 },
             })
+    }
+
+    /// Solves from a guess, and from nothing if that leads to no plan and the search is to be `thorough`. The iterations are added
+    /// to those `made`. Returns the number of starts, too.
+    fn solve_from(
+        &self,
+        (transfer, switches): (&Transfer, &[u64]),
+        guess: Option<&Plan>,
+        thorough: bool,
+        made: &mut Iteration,
+        observe: Observe<'_>,
+    ) -> (Result<Solved, Unsolved>, u32) {
+        let near = Problem {
+            falls_back: false,
+            ..*self
+        };
+        if guess.is_some() {
+            let found = near.solve(transfer, switches, guess, &mut made.continued(observe));
+            if !thorough || !found.as_ref().is_err_and(Unsolved::is_missing) {
+                return (found, 1);
+            }
+        }
+        let found = self.solve(transfer, switches, None, &mut made.continued(observe));
+        (found, 1 + u32::from(guess.is_some()))
     }
 
     fn attempt(

@@ -13,8 +13,8 @@ const CHEAPER: f64 = 1e-9;
 /// them or several neighbors together, is cheaper.
 ///
 /// A pattern search over the steps at which they begin: strides of a quarter of the widest range, halved where no side is better, each
-/// plan from the path of the best before it, whose phases are stretched. What cannot be planned counts as infinitely dear. Only next to
-/// the result a cold start follows where the path leads to no plan.
+/// from the path of the best plan before it, whose phases are stretched. What cannot be planned counts as infinitely dear. Strides of
+/// more than a step give up where the path leads to no plan; a step away from the result a cold start follows.
 pub(super) fn solve(
     problem: Problem<'_>,
     guess: Option<&Guess>,
@@ -153,7 +153,7 @@ struct Schedules<'s, 'o> {
     made: Iteration,
     /// The objective by the steps at which phases begin.
     known: BTreeMap<Vec<u64>, f64>,
-    /// Others to which the path of the best led to no plan.
+    /// Others to which the path of the best at that time led to no plan.
     given_up: BTreeSet<Vec<u64>>,
     /// Number of transfers solved.
     solves: u32,
@@ -163,48 +163,28 @@ struct Schedules<'s, 'o> {
 }
 
 impl Schedules<'_, '_> {
-    /// The objective of the best plan whose phases begin then; infinite where there is none. Unless this is to be `thorough`, it is
-    /// tried from the best plan alone, if there is one.
+    /// The objective of the best plan whose phases begin then; infinite where there is none. Unless this is to be `thorough`, the path
+    /// of the best plan is the only start, if there is one.
     fn cost(&mut self, switches: &[u64], thorough: bool) -> Result<f64, Unsolved> {
         if let Some(cost) = self.known.get(switches) {
             return Ok(*cost);
         }
-        let falls_back = thorough || self.best.is_none();
-        if !falls_back && self.given_up.contains(switches) {
+        let thorough = thorough || self.best.is_none();
+        if !thorough && self.given_up.contains(switches) {
             return Ok(f64::INFINITY);
         }
-        let problem = Problem {
-            falls_back,
-            ..self.problem
-        };
         let steps = self.problem.scene.steps as usize;
         let transfer = self.problem.transfer(steps, switches)?;
-        let made = &mut self.made;
-        let observe = &mut *self.observe;
         let best = self.best.as_ref();
         let stretched = best.and_then(|best| best.at(switches));
         let guess = stretched.as_ref().or(self.guess);
-        let solves = &mut self.solves;
-        let mut attempt = |start| {
-            let before = *made;
-            let mut count = |now: &Iteration| {
-                *made = Iteration {
-                    iteration: before.iteration + now.iteration,
-                    trials: before.trials + now.trials,
-                    ..*now
-                };
-                observe(made)
-            };
-            *solves += 1;
-            problem.solve(&transfer, switches, start, &mut count)
-        };
-        let mut planned = attempt(guess);
-        // Newton's method itself falls back on a cold start, but not on a search.
-        let searches = falls_back && guess.is_some() && problem.maneuver.search.is_some();
-        if searches && planned.as_ref().is_err_and(Unsolved::is_missing) {
-            planned = attempt(None);
-        }
-        let cost = match planned {
+        let (made, observe) = (&mut self.made, &mut *self.observe);
+        let stated = (&transfer, switches);
+        let (found, solves) = self
+            .problem
+            .solve_from(stated, guess, thorough, made, observe);
+        self.solves += solves;
+        let cost = match found {
             Ok(Solved { plan, .. }) => {
                 let cost = plan.total_cost();
                 let least = best.map_or(f64::INFINITY, |best| best.cost);
@@ -226,7 +206,7 @@ impl Schedules<'_, '_> {
                 f64::INFINITY
             }
         };
-        if falls_back || cost.is_finite() {
+        if thorough || cost.is_finite() {
             self.given_up.remove(switches);
             self.known.insert(switches.to_vec(), cost);
         } else {

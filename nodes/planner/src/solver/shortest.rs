@@ -39,7 +39,7 @@ pub(super) fn solve(
         let mut count = |now: &Iteration| observe(&tally.count(now));
         match problem.solve(&transfer, &[], Some(guess), &mut count) {
             Ok(Solved { plan, .. }) => Ok(Some(plan)),
-            Err(unsolved) if is_missing(&unsolved) => Ok(None),
+            Err(unsolved) if unsolved.is_missing() => Ok(None),
             Err(unsolved) => Err(unsolved),
         }
     };
@@ -119,11 +119,6 @@ fn continuous(
         }
     })
 }
-
-fn is_missing(unsolved: &Unsolved) -> bool {
-    matches!(unsolved.reason, Reason::Infeasible | Reason::NotConverged)
-}
-
 fn described(steps: u64, min_steps: u64, minimum: &MinimumTime) -> String {
     let below = if steps == min_steps {
         "a bound of the range".to_string()

@@ -2,7 +2,7 @@
 //!
 //! They are those of [`Family::Sphere`] without gravity, in open loop. There deviations of the position are isotropic, with the variance
 //! `σ² + (σ_v t)²` at the time t, so that the constraint with the probability of two standard deviations is the sphere whose
-//! radius is greater by twice the deviation. The radius is 0.7 of that of the family, and at the end 0.05 to 0.35 of that are added.
+//! radius is greater by twice the deviation. With the radius R of the family, the sphere has 0.7 R, and 0.05 R to 0.35 R are added at the end.
 
 use lgvi_control::constraint::KeepOutSphere;
 use lgvi_control::{Chances, Constraint, Transfer, Uncertainty};

@@ -1,7 +1,7 @@
 use lgvi_control::{Chances, Uncertainty};
 
 use crate::file::ManeuverFile;
-use crate::{Disturbance, Ensemble, Maneuver, Scene, SceneError, Spread, StateDeviation};
+use crate::{Disturbance, Ensemble, Maneuver, Minimize, Scene, SceneError, Spread, StateDeviation};
 
 const KEY: &str = "maneuver.confidence";
 
@@ -11,14 +11,17 @@ pub(crate) fn chances(scene: &Scene, file: &ManeuverFile) -> Result<Option<Chanc
         return Ok(None);
     };
     let refused = |expected: String| Err(SceneError::value(KEY, confidence, expected));
+    let minimized = maneuver.final_time.map(|range| range.minimize);
     let others = [
-        ("search", maneuver.search.is_some()),
-        ("final_time", maneuver.final_time.is_some()),
-        ("replan", maneuver.replan.is_some()),
-        ("processed", maneuver.processed),
+        (
+            "a `final_time` that minimizes the time",
+            minimized == Some(Minimize::Time),
+        ),
+        ("`replan`", maneuver.replan.is_some()),
+        ("`processed`", maneuver.processed),
     ];
     if let Some((other, _)) = others.iter().find(|(_, given)| *given) {
-        return refused(format!("none beside `{other}`"));
+        return refused(format!("none beside {other}"));
     }
     if maneuver.uses_propellant(scene) {
         return refused("none where thrusters use propellant".into());

@@ -107,10 +107,11 @@ impl<'t> Scaled<'t> {
             loads: ejection::loads(transfer, mass, &masses, &plan.states, &thrusts),
             ..self.with_even_use(0.0)
         };
-        let mut forces = command_forces(&self.stated(&along), plan)?;
-        if plan.multipliers.is_empty() {
-            forces = vec![Command::zeros(); plan.commands.len()];
-        }
+        let forces = if plan.multipliers.is_empty() {
+            vec![Command::zeros(); plan.commands.len()]
+        } else {
+            command_forces(&self.stated(&along), plan)?
+        };
         let (actuation, h) = (&transfer.actuation, transfer.h);
         let each = plan.commands.iter().zip(&forces);
         let held = each.map(|(w, force)| (force.dot(w) - h * actuation.rate(w)).max(0.0));

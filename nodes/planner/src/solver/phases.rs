@@ -1,4 +1,4 @@
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use lgvi_control::Plan;
 use lgvi_scene::{Maneuver, Phase};
@@ -29,7 +29,6 @@ pub(super) fn solve(
         observe,
         made: Iteration::NONE,
         known: BTreeMap::new(),
-        given_up: BTreeSet::new(),
         solves: 0,
         best: None,
         failure: None,
@@ -57,7 +56,6 @@ pub(super) fn solve(
     }
     let Schedules {
         known,
-        given_up,
         solves,
         best,
         failure,
@@ -65,11 +63,10 @@ pub(super) fn solve(
     } = schedules;
     match (best, failure) {
         (Some(Best { plan, .. }), _) => {
-            let tried = known.len() + given_up.len();
+            let tried = known.len();
             let remark = format!(
-                "{}; {} schedules planned in {solves} solves, no neighbor of this one is cheaper",
-                described(maneuver, &at, scene.steps),
-                tried
+                "{}; {tried} schedules planned in {solves} solves, no neighbor of this one is cheaper",
+                described(maneuver, &at, scene.steps)
             );
             info!("{remark}");
             let phased = Phased {
@@ -151,10 +148,8 @@ struct Schedules<'s, 'o> {
     observe: Observe<'o>,
     /// Iterations of all schedules so far.
     made: Iteration,
-    /// The objective by the steps at which phases begin.
-    known: BTreeMap<Vec<u64>, f64>,
-    /// Others to which the path of the best at that time led to no plan.
-    given_up: BTreeSet<Vec<u64>>,
+    /// By the steps at which phases begin: the objective, and whether it was sought thoroughly.
+    known: BTreeMap<Vec<u64>, (f64, bool)>,
     /// Number of transfers solved.
     solves: u32,
     best: Option<Best>,
@@ -166,12 +161,11 @@ impl Schedules<'_, '_> {
     /// The objective of the best plan whose phases begin then; infinite where there is none. Unless this is to be `thorough`, the path
     /// of the best plan is the only start, if there is one.
     fn cost(&mut self, switches: &[u64], thorough: bool) -> Result<f64, Unsolved> {
-        if let Some(cost) = self.known.get(switches) {
-            return Ok(*cost);
-        }
         let thorough = thorough || self.best.is_none();
-        if !thorough && self.given_up.contains(switches) {
-            return Ok(f64::INFINITY);
+        if let Some(&(cost, sought)) = self.known.get(switches)
+            && (cost.is_finite() || sought || !thorough)
+        {
+            return Ok(cost);
         }
         let steps = self.problem.scene.steps as usize;
         let transfer = self.problem.transfer(steps, switches)?;
@@ -206,12 +200,7 @@ impl Schedules<'_, '_> {
                 f64::INFINITY
             }
         };
-        if thorough || cost.is_finite() {
-            self.given_up.remove(switches);
-            self.known.insert(switches.to_vec(), cost);
-        } else {
-            self.given_up.insert(switches.to_vec());
-        }
+        self.known.insert(switches.to_vec(), (cost, thorough));
         Ok(cost)
     }
 }

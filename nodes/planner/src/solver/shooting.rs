@@ -29,13 +29,9 @@ pub(super) fn solve(
         return Ok(plan);
     }
     let settings = newton_settings(solver);
+    let mut count = made.continued(observe);
     let lower = lgvi_control::solve(transfer, Start::Warm(&plan), &settings, |now| {
-        let now = Iteration::from(now);
-        observe(&Iteration {
-            iteration: made.iteration + now.iteration,
-            trials: made.trials + now.trials,
-            ..now
-        })
+        count(&now.into())
     });
     match lower {
         Ok(lower) if lower.cost < plan.cost => Ok(lower),

@@ -119,6 +119,7 @@ fn continuous(
         }
     })
 }
+
 fn described(steps: u64, min_steps: u64, minimum: &MinimumTime) -> String {
     let below = if steps == min_steps {
         "a bound of the range".to_string()

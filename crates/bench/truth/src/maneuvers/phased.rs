@@ -7,7 +7,7 @@
 use std::ops::Range;
 
 use lgvi_control::Constraint;
-use lgvi_control::constraint::{CommandLimit, KeepInSphere};
+use lgvi_control::constraint::KeepInSphere;
 use nalgebra::Vector3;
 
 use super::ManeuverError;
@@ -32,12 +32,8 @@ pub struct Phased {
 
 /// Returns maneuver `index` of `seed` with this number of steps.
 pub fn phased(seed: u64, index: u64, intervals: usize) -> Result<Phased, ManeuverError> {
-    let Thrusted {
-        body,
-        prices,
-        fuel,
-        transfer,
-    } = thrusted(seed, 2 * index, intervals)?;
+    let whole = thrusted(seed, 2 * index, intervals)?;
+    let transfer = &whole.transfer;
     let mut random = Random::new(seed, FIRST + index);
     let part = |part: f64| (part * intervals as f64).round() as usize;
     let begin = part(random.uniform(0.35, 0.5));
@@ -47,27 +43,18 @@ pub fn phased(seed: u64, index: u64, intervals: usize) -> Result<Phased, Maneuve
     let halfway = transfer.initial().position + 0.5 * way;
     let center = halfway + random.uniform(0.0, 0.2) * way.norm() * random.direction();
     let radius = random.uniform(0.1, 0.25) * way.norm();
-    let mut on: Vec<_> = (0..prices.len()).collect();
+    let mut on: Vec<_> = (0..whole.prices.len()).collect();
     let count = 2 + random.below(2);
     let off = (0..count).map(|_| on.swap_remove(random.below(on.len())));
     let off: Vec<_> = off.collect();
 
-    let limits: Vec<_> = body.thrusters().map_or_else(Vec::new, |thrusters| {
-        let each = thrusters.thrusters().iter();
-        each.map(|thruster| thruster.thrust).collect()
-    });
-    let limits = Constraint::commands(CommandLimit::new(&limits)?.one_sided());
     let inside = Constraint::state(KeepInSphere::new(center, radius)?).during(middle.clone())?;
     let transfer = transfer
-        .with_constraints_at_ends(&[limits, inside])
+        .clone()
+        .with_constraints_at_ends(&[whole.limits.clone(), inside])
         .without_commands(middle.end..intervals, &off)?;
     Ok(Phased {
-        whole: Thrusted {
-            body,
-            prices,
-            fuel,
-            transfer,
-        },
+        whole: Thrusted { transfer, ..whole },
         middle,
         sphere: (center, radius),
         off,

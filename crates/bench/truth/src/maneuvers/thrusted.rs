@@ -28,6 +28,8 @@ pub struct Thrusted {
     pub prices: Vec<f64>,
     /// True if the prices are those of the commands, not of their squares.
     pub fuel: bool,
+    /// Limits of the commands.
+    pub limits: Constraint,
     /// The optimal control problem.
     pub transfer: Transfer,
 }
@@ -64,13 +66,12 @@ pub fn thrusted(seed: u64, index: u64, intervals: usize) -> Result<Thrusted, Man
     };
     let limits = vec![limit; thrusters.len()];
     let thrusters = Thrusters::new(thrusters, none)?;
-    let constraints = [Constraint::commands(
-        CommandLimit::new(&limits)?.one_sided(),
-    )];
+    let limits = Constraint::commands(CommandLimit::new(&limits)?.one_sided());
+    let constraints = std::slice::from_ref(&limits);
     let fuel = !index.is_multiple_of(2);
     let quadratic = Actuation::thrusters(&thrusters, &prices)?;
     let actuation = if fuel {
-        quadratic.minimizing_fuel(&constraints)?
+        quadratic.minimizing_fuel(constraints)?
     } else {
         quadratic
     };
@@ -91,6 +92,7 @@ pub fn thrusted(seed: u64, index: u64, intervals: usize) -> Result<Thrusted, Man
         fuel,
         transfer: transfer
             .with_dynamics(Dynamics::Lgvi)
-            .with_constraints(&constraints),
+            .with_constraints(constraints),
+        limits,
     })
 }

@@ -39,8 +39,9 @@ pub fn uncertain(seed: u64, index: u64, intervals: usize) -> Result<Uncertain, M
         let free = crossing(random, Family::Sphere, intervals)?;
         let certain = past_a_sphere(random, free)?;
         let sphere = certain.constraints.first();
-        if let Some(sphere) = sphere.and_then(|sphere| sphere.downcast_ref::<KeepOutSphere>()) {
-            break (certain.clone(), *sphere);
+        let sphere = sphere.and_then(|sphere| sphere.downcast_ref::<KeepOutSphere>());
+        if let Some(sphere) = sphere.copied() {
+            break (certain, sphere);
         }
     };
     let (center, radius) = (sphere.center(), 0.7 * sphere.radius());

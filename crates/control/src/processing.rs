@@ -14,7 +14,7 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::discrete::{Coordinates, Drift, Full, Inputs, Linearization};
+use crate::discrete::{Coordinates, Drift, Full, Glide, Inputs, Linearization};
 use crate::problem::Dynamics;
 use crate::{Plan, Transfer, TransferError};
 
@@ -108,10 +108,10 @@ fn drifted(
 ) -> Result<(BodyState, SMatrix<f64, 12, 12>), ProcessingError> {
     let mut drifted = *state;
     let turn = Full
-        .drift(0, body, h, &mut drifted)
+        .drift(0, body, [h, 1.0], &mut drifted)
         .map_err(|source| ProcessingError::Unsolvable { which, source })?;
     let drift = Linearization {
-        glide: Some(h / body.mass()),
+        glide: Some(Glide::of(body, [h, 1.0], state)),
         turn: turn.map(|turn| turn.gradient(body)),
         ..Linearization::default()
     };

@@ -3,6 +3,7 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use thiserror::Error;
 
+use crate::drag::Drag;
 use crate::gravity::{Multipole, Polyhedron, PolyhedronError, PolyhedronMass};
 use crate::thrusters::Thrusters;
 use crate::wheels::Wheels;
@@ -38,6 +39,7 @@ pub struct RigidBody {
     pub(crate) mobility: Mobility,
     wheels: Option<Box<Wheels>>,
     pub(crate) thrusters: Option<Box<Thrusters>>,
+    pub(crate) drag: Option<Box<Drag>>,
 }
 
 /// Reasons why a mass and its distribution do not describe a rigid body.
@@ -140,6 +142,7 @@ impl RigidBody {
             mobility: Mobility::Pivoted,
             wheels: None,
             thrusters: None,
+            drag: None,
         };
         if !(mass.is_finite() && mass > 0.0) {
             return Err(BodyError::Mass(mass));
@@ -355,6 +358,19 @@ impl RigidBody {
     /// Returns true if it has wheels or thrusters.
     pub fn has_actuators(&self) -> bool {
         self.wheels.is_some() || self.thrusters.is_some()
+    }
+
+    /// Returns this body with drag.
+    pub fn with_drag(self, drag: Drag) -> Self {
+        Self {
+            drag: Some(Box::new(drag)),
+            ..self
+        }
+    }
+
+    /// The body's drag.
+    pub fn drag(&self) -> Option<&Drag> {
+        self.drag.as_deref()
     }
 
     /// Inertia `J` about the center of mass. Of a body with reaction wheels it is that without their inertia about their axes.

@@ -38,6 +38,7 @@ mod accuracy;
 pub mod auto;
 mod body;
 pub mod docking;
+pub mod drag;
 pub mod gravity;
 mod inertia;
 pub mod integrator;

@@ -242,6 +242,11 @@ impl System {
         self.gravity.is_empty()
     }
 
+    /// Returns true if a body has drag.
+    pub(crate) fn has_drag(&self) -> bool {
+        self.bodies.iter().any(|body| body.drag().is_some())
+    }
+
     /// Makes the momenta of pivoted, fixed and driven bodies in `states` consistent with their mobility.
     pub fn constrain(&self, states: &mut [BodyState]) {
         for (body, state) in self.bodies.iter().zip(states) {

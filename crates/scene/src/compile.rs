@@ -192,7 +192,12 @@ fn bodies(files: &[BodyFile], gravity: &SceneGravity) -> Result<Vec<NamedBody>, 
     let mut work = polyhedron::MOST_WORK;
     let (mut bodies, mut meshes) = (Vec::new(), Vec::new());
     for (index, file) in files.iter().enumerate() {
-        let (body, mesh) = body::body(&format!("bodies[{index}]"), file, &mut work)?;
+        let (body, mesh) = body::body(
+            &format!("bodies[{index}]"),
+            file,
+            gravity.atmosphere(),
+            &mut work,
+        )?;
         if files[..index].iter().any(|other| other.name == file.name) {
             let key = format!("bodies[{index}].name");
             let expected = "a name that no other body has";

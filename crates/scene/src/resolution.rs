@@ -143,7 +143,7 @@ impl Scene {
 
     /// Returns a warning if the energy of a flight without controls has changed by more than sound steps allow.
     pub fn changed_energy(&self, [start, end]: [Energies; 2]) -> Option<String> {
-        if self.is_driven() || self.has_friction() {
+        if self.is_driven() || self.has_friction() || self.has_drag() {
             return None;
         }
         let change = end.total() - start.total();

@@ -150,6 +150,11 @@ impl Scene {
         self
     }
 
+    /// Returns true if an atmosphere slows bodies down.
+    pub fn has_drag(&self) -> bool {
+        self.bodies.iter().any(|named| named.body.drag().is_some())
+    }
+
     /// Returns the index of the body called `name`.
     pub fn body_index(&self, name: &str) -> Option<usize> {
         self.bodies.iter().position(|body| body.name == name)

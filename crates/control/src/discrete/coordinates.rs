@@ -6,7 +6,7 @@ use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_lie::exp;
 use nalgebra::{Matrix3, SVector, Vector3};
 
-use super::drift::{Drift, RotationDrift, glide};
+use super::drift::{Drift, RotationDrift};
 use super::linear::Blocks;
 use crate::problem::{Vector12, block, miss};
 
@@ -22,13 +22,13 @@ pub(crate) trait Coordinates<const N: usize> {
     /// `state`, with the coordinates that are not planned set to their values at step `k`.
     fn at(&self, k: usize, state: &BodyState) -> BodyState;
 
-    /// Moves `state` from step `k` to the next by the free motion over `h`. Returns the rotation, if the last group is the
-    /// attitude.
+    /// Moves `state` from step `k` to the next by the free motion over `h`, through air of a factor times its density. Returns
+    /// the rotation, if the last group is the attitude.
     fn drift(
         &self,
         k: usize,
         body: &RigidBody,
-        h: f64,
+        over: [f64; 2],
         state: &mut BodyState,
     ) -> Result<Option<Self::Drift>, Unsolvable>;
 
@@ -80,10 +80,10 @@ impl Coordinates<2> for Full {
         &self,
         _k: usize,
         body: &RigidBody,
-        h: f64,
+        [h, density]: [f64; 2],
         state: &mut BodyState,
     ) -> Result<Option<RotationDrift>, Unsolvable> {
-        glide(body, h, state);
+        body.glide(state, h, density);
         RotationDrift::new(body, h, state).map(Some)
     }
 

@@ -15,7 +15,7 @@ use thiserror::Error;
 
 use super::commands::{CommandsError, DecoupledCommands};
 use super::coordinates::{Coordinates, Full, Variations, symmetric};
-use super::drift::{RotationDrift, glide};
+use super::drift::RotationDrift;
 use super::linear::Blocks;
 use super::{DiscreteDynamics, KickDriftKick};
 use crate::Transfer;
@@ -144,10 +144,10 @@ impl Coordinates<1> for TranslationOnly {
         &self,
         k: usize,
         body: &RigidBody,
-        h: f64,
+        [h, density]: [f64; 2],
         state: &mut BodyState,
     ) -> Result<Option<RotationDrift>, Unsolvable> {
-        glide(body, h, state);
+        body.glide(state, h, density);
         *state = self.joined(k + 1, state);
         Ok(None)
     }
@@ -208,7 +208,7 @@ impl Coordinates<1> for RotationOnly {
         &self,
         k: usize,
         body: &RigidBody,
-        h: f64,
+        [h, _]: [f64; 2],
         state: &mut BodyState,
     ) -> Result<Option<RotationDrift>, Unsolvable> {
         let turn = RotationDrift::new(body, h, state)?;

@@ -44,7 +44,7 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         into.before = self
             .before
             .map(|tau| self.kick_gradient(tau, &drifted.begun, controls));
-        into.glide = self.glide();
+        into.glide = self.glide(k, &drifted.begun);
         into.turn = drifted.turn.as_ref().map(|turn| turn.gradient(self.body()));
         if C::STORES {
             let both = drifted.turn.as_ref().zip(into.turn.as_ref());
@@ -62,6 +62,27 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         }
     }
 
+    /// The derivative of `λ · Φ` of step `k` by the logarithm of the air's density.
+    pub(crate) fn by_density<const X: usize>(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+        lambda: &SVector<f64, X>,
+    ) -> Result<f64, Unsolvable> {
+        let controls = self.controls(command);
+        let drifted = self.drifted(k, state, &controls)?;
+        let mut first = Linearization::default();
+        self.first(k, &drifted, &controls, &mut first);
+        let [after, _] = first.about_drift::<X, U>(lambda);
+        let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
+        let slowing = self.slowing(k, &drifted.begun);
+        Ok(slowing.map_or(0.0, |glide| {
+            let [by_pose, by_momentum] = glide.by_density();
+            part(pose(0)).dot(&by_pose) + part(momentum(0)).dot(&by_momentum)
+        }))
+    }
+
     /// How the effects of the commands in step `k` differ from those in other steps; `states` are those at the two kicks.
     #[cold]
     #[inline(never)]
@@ -71,10 +92,11 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         (self.turns || !off.is_none()).then_some(OwnInputs { frames, off })
     }
 
-    /// Second derivatives of the product of `λ` and a step with the derivatives `first`.
+    /// Second derivatives of the product of `λ` and step `k` with the derivatives `first`.
     #[inline]
     pub(super) fn second<const X: usize>(
         &self,
+        k: usize,
         drifted: &Drifted<C::Drift>,
         controls: &[Vector3<f64>; N],
         lambda: &SVector<f64, X>,
@@ -89,6 +111,10 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         } else {
             into.after_commands = None;
         }
+        into.glide = self.slowing(k, &drifted.begun).map(|glide| {
+            let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
+            Box::new(glide.curvature(&[part(pose(0)), part(momentum(0))]))
+        });
         into.turn = drifted
             .turn
             .as_ref()

@@ -69,7 +69,7 @@ impl Coordinates<2> for Gyrostat {
         &self,
         k: usize,
         body: &RigidBody,
-        h: f64,
+        [h, _]: [f64; 2],
         state: &mut BodyState,
     ) -> Result<Option<GyrostatDrift>, Unsolvable> {
         state.position = self.orbit[k + 1];

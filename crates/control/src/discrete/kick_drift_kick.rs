@@ -7,6 +7,7 @@
 use std::array;
 use std::sync::Arc;
 
+use lgvi_dynamics::drag::GlideDerivatives;
 use lgvi_dynamics::rotation::Unsolvable;
 use lgvi_dynamics::{BodyState, Load, RigidBody};
 use lgvi_lie::hat;
@@ -15,7 +16,8 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use super::DiscreteDynamics;
 use super::coordinates::{Coordinates, Full, Variations};
 use super::linear::{
-    Blocks, CommandRows, Curvature, Exchange, Inputs, KickInputs, Linearization, command_rows,
+    Blocks, CommandRows, Curvature, Exchange, Glide, Inputs, KickInputs, Linearization,
+    command_rows,
 };
 use crate::Transfer;
 use crate::problem::{ByStep, Dynamics, Off};
@@ -34,6 +36,8 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     pub(super) turns: bool,
     /// Loads beside those of the commands, where forces turn with the body.
     known: Option<Arc<ByStep>>,
+    /// What changes from step to step with the mass, if the body has drag.
+    densities: Option<Arc<ByStep>>,
     /// True if the effects of the commands differ from step to step.
     pub(super) own_inputs: bool,
     /// The commands that are off in each step; empty if none ever is.
@@ -71,7 +75,8 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             Dynamics::Lgvi => (Some(0.5 * h), 0.5 * h),
         };
         let turns = N == 2 && transfer.actuation.is_fixed_to_body();
-        let by_step = transfer.by_step.as_ref().filter(|_| N == 2);
+        let by_step = transfer.by_step.as_ref();
+        let by_step = by_step.map(|by_step| by_step.in_intervals(transfer.intervals));
         Self {
             transfer,
             coordinates,
@@ -79,7 +84,8 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             before,
             after,
             turns,
-            known: by_step.map(|by_step| by_step.in_intervals(transfer.intervals)),
+            known: by_step.clone().filter(|_| N == 2),
+            densities: by_step.filter(|_| transfer.body.drag().is_some()),
             own_inputs: turns || !off.is_empty(),
             off,
             exchange: None,
@@ -107,7 +113,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         self.off.get(k).copied().unwrap_or_default()
     }
 
-    fn controls(&self, command: &SVector<f64, U>) -> [Vector3<f64>; N] {
+    pub(super) fn controls(&self, command: &SVector<f64, U>) -> [Vector3<f64>; N] {
         self.commands.map(|columns| columns * command)
     }
 
@@ -156,18 +162,34 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         state: &mut BodyState,
     ) -> Result<Option<C::Drift>, Unsolvable> {
         let Transfer { body, h, .. } = self.transfer;
-        self.coordinates.drift(k, body, *h, state)
+        self.coordinates
+            .drift(k, body, [*h, self.density(k)], state)
     }
 
     pub(super) fn body(&self) -> &RigidBody {
         &self.transfer.body
     }
 
-    /// `h/m`, if the center of mass is planned.
+    /// The factor of the air's density in step `k`: with the momenta in proportion to the mass, drag is in proportion to its
+    /// reciprocal.
     #[inline]
-    pub(super) fn glide(&self) -> Option<f64> {
+    fn density(&self, k: usize) -> f64 {
+        self.densities.as_ref().map_or(1.0, |all| all.limits[k])
+    }
+
+    /// The drift of the center of mass of step `k` from the state `begun`, if it is planned.
+    #[inline]
+    pub(super) fn glide(&self, k: usize, begun: &BodyState) -> Option<Glide> {
         let Transfer { body, h, .. } = self.transfer;
-        C::GLIDES.then(|| h / body.mass())
+        C::GLIDES.then(|| Glide::of(body, [*h, self.density(k)], begun))
+    }
+
+    /// The same with second derivatives, if the body has drag.
+    #[inline]
+    pub(super) fn slowing(&self, k: usize, begun: &BodyState) -> Option<GlideDerivatives> {
+        let Transfer { body, h, .. } = self.transfer;
+        body.glide_derivatives(begun, *h, self.density(k))
+            .filter(|_| C::GLIDES)
     }
 
     /// `τ G`: first derivatives of a kick at `state` by poses. A force that turns with the body, `R f`, has `−R S(f)` by
@@ -327,7 +349,7 @@ where
         let controls = self.controls(command);
         let mut drifted = self.drifted(k, state, &controls)?;
         self.first(k, &drifted, &controls, first);
-        self.second(&drifted, &controls, lambda, first, second);
+        self.second(k, &drifted, &controls, lambda, first, second);
         if self.own_inputs {
             shut(self.off_in(k), second);
         }

@@ -26,7 +26,7 @@ pub(crate) use self::{
     drift::Drift,
     gyrostat::{Gyrostat, balance},
     kick_drift_kick::KickDriftKick,
-    linear::{Curvature, Inputs, Linearization},
+    linear::{Curvature, Glide, Inputs, Linearization},
     stored::SPINNING,
     within::Within,
 };

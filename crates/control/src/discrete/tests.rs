@@ -199,7 +199,7 @@ fn halves_have_the_derivatives_of_steps_made_of_potentials() {
                 let [before, after] = scheme(dynamics);
                 (moved.r, moved.pi) = (history[0].r, history[0].pi);
                 scene.kick(&mut moved, control, before);
-                moved.glide();
+                scene.glide(&mut moved);
                 (moved.r, moved.pi) = (history[1].r, history[1].pi);
                 scene.kick(&mut moved, control, after);
                 let all = moved.minus(&State::of(&end));

@@ -321,6 +321,7 @@ impl Transfer {
         let plain = self.dynamics == Dynamics::LieEuler
             && self.motion == Motion::Full
             && self.inequalities.is_empty()
+            && self.body.drag().is_none()
             && self.off.is_none();
         self.actuation.gains().filter(|_| plain)
     }

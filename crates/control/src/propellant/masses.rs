@@ -63,7 +63,8 @@ impl Masses {
     }
 
     /// What mass flows in each step cost, in parts of the mass with all propellant: a smaller mass loosens the limits of later
-    /// commands `w`. `held` holds `Σ y ∂g/∂w · w` of each step as it would be without this cost.
+    /// commands `w`, and drag slows it down more. `held` holds `Σ y ∂g/∂w · w` of each step as it would be without this cost,
+    /// and the derivative of the Lagrangian by `ln m` through the drag.
     ///
     /// With the multipliers y of the limits `g(w/ℓ) ≤ 0`, `ℓ = M/m` in the middle of a step, the derivative of the Lagrangian by
     /// `ln m` there is `s = Σ y ∂g/∂w · w`. From `ln m_{k+½} = ln m_k − ln(1 + a/2)` and `ln m_{k+1} = ln m_k − 2 artanh(a/2)`

@@ -10,10 +10,11 @@ use super::ejection;
 use super::flight::fly;
 use super::flows::Flows;
 use super::masses::Masses;
+use crate::discrete::{DecouplingError, KickDriftKick};
 use crate::problem::{ByStep, block};
 use crate::solver::{PlanError, command_forces};
 use crate::units::Units;
-use crate::{Certificate, Command, Dynamics, Motion, Plan, Sweep, Transfer, miss};
+use crate::{Certificate, Command, Dynamics, MAX_COMMANDS, Motion, Plan, Sweep, Transfer, miss};
 
 /// The part of the largest flow up to which a command is too small for its direction to count.
 const SMALL: f64 = 1e-6;
@@ -113,9 +114,14 @@ impl<'t> Scaled<'t> {
             command_forces(&self.stated(&along), plan)?
         };
         let (actuation, h) = (&transfer.actuation, transfer.h);
-        let each = plan.commands.iter().zip(&forces);
-        let held = each.map(|(w, force)| (force.dot(w) - h * actuation.rate(w)).max(0.0));
-        along.costs = masses.costs(&held.collect::<Vec<_>>());
+        let drags = self.drag_costs(plan, &along)?;
+        let each = plan.commands.iter().zip(&forces).zip(drags);
+        let held = each.map(|((w, force), drag)| {
+            let limits = (force.dot(w) - h * actuation.rate(w)).max(0.0);
+            limits + drag
+        });
+        let held: Vec<_> = held.collect();
+        along.costs = masses.costs(&held);
         let largest = plan.commands.iter().map(|w| self.flows.rate(w));
         let small = SMALL * largest.fold(0.0, f64::max);
         // The direction of the command, or that of `−Bᵀ λ`, along which one would act.
@@ -137,6 +143,24 @@ impl<'t> Scaled<'t> {
             .map(|force| self.flows.largest(force) * mass / h);
         along.size = sizes.fold(f64::MIN_POSITIVE, f64::max);
         Ok(along)
+    }
+
+    /// The derivatives of the Lagrangian by the logarithm of the mass in each step through the drag alone.
+    fn drag_costs(&self, plan: &Plan, along: &Along) -> Result<Vec<f64>, PlanError> {
+        let stated = self.stated(along);
+        if stated.body.drag().is_none() || plan.multipliers.is_empty() {
+            return Ok(vec![0.0; plan.commands.len()]);
+        }
+        let steps = KickDriftKick::<_, 2, MAX_COMMANDS>::full(&stated);
+        let each = plan.states.iter().zip(&plan.commands);
+        let each = each.zip(&plan.multipliers).enumerate();
+        let cost = |(step, ((state, command), lambda))| {
+            let by_density = steps.by_density(step, state, command, lambda);
+            let by_density =
+                by_density.map_err(|source| DecouplingError::Unsolvable { step, source })?;
+            Ok(-by_density)
+        };
+        each.map(cost).collect()
     }
 
     /// The commands of the transfer for those of the scaled motion.

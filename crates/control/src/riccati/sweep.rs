@@ -96,6 +96,9 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         sweep.pass_kick(&step.after, curvature.after.as_ref());
         sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
+        if let Some(slowing) = &curvature.glide {
+            sweep.add_slowing(slowing);
+        }
         if step.stored::<X, U>().is_some() {
             sweep.add_stored(curvature.stored.as_deref());
         }
@@ -278,6 +281,21 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
                 rows[from..from + 3].copy_from_slice(&pose_momentum.data.0[c]);
                 rows[to..to + 3].copy_from_slice(&momentum_momentum.data.0[c]);
                 plus(&mut self.hessian[to + c], &load(self.simd, &rows));
+            }
+        }
+    }
+
+    /// Adds the second derivatives of the drift of a center of mass with drag, at its start.
+    #[inline(always)]
+    fn add_slowing(&mut self, curvature: &Blocks) {
+        let places = [pose(0), momentum(0)];
+        for (j, to) in places.into_iter().enumerate() {
+            for c in 0..3 {
+                let mut column = [0.0; X];
+                for (by, from) in curvature.iter().zip(places) {
+                    column[from..from + 3].copy_from_slice(&by[j].data.0[c]);
+                }
+                plus(&mut self.hessian[to + c], &load(self.simd, &column));
             }
         }
     }

@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::discrete::linear::OwnInputs;
-use crate::discrete::linear::{Blocks, Exchange, KickInputs, Turn, TurnCurvature, command_rows};
+use crate::discrete::linear::{
+    Blocks, Exchange, Glide, KickInputs, Turn, TurnCurvature, command_rows,
+};
 use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
 use crate::problem::Off;
@@ -56,7 +58,7 @@ fn blocks(rng: &mut Rng, size: f64, symmetric: bool) -> Blocks {
     blocks
 }
 
-/// A random step of either scheme, with its curvature: of center of mass and attitude, of one of them, or of the attitude and
+/// A random step of either scheme, with its curvature: of center of mass, with drag or without, and attitude, of one of them, or of the attitude and
 /// a momentum that the body stores. With more than six
 /// commands, forces turn with the body.
 fn step<const X: usize, const U: usize>(
@@ -68,9 +70,14 @@ fn step<const X: usize, const U: usize>(
     let stores = X == 12 && !glides;
     let unit = nalgebra::Matrix3::identity();
     let symmetric = |m: nalgebra::Matrix3<f64>| 0.5 * (m + m.transpose());
+    let slows = glides && rng.bool();
+    let by_itself = |[[a, b], [c, d]]: Blocks| [[unit + a, b], [c, unit + d]];
     let linear = Linearization {
         before: two_kicks.then(|| blocks(rng, 0.3, false)),
-        glide: glides.then_some(0.3),
+        glide: glides.then_some(match slows {
+            true => Glide::Slowed(Box::new(by_itself(blocks(rng, 0.3, false)))),
+            false => Glide::Straight(0.3),
+        }),
         turn: turns.then(|| Turn {
             pose: unit + random::<3, 3>(rng, 0.3),
             pose_by_momentum: random(rng, 0.3),
@@ -91,6 +98,7 @@ fn step<const X: usize, const U: usize>(
     let cross = |rng: &mut Rng| (U > 6).then(|| command_rows(&random::<3, U>(rng, 0.1)));
     let curvature = Curvature {
         before: two_kicks.then(|| blocks(rng, 0.1, true)),
+        glide: slows.then(|| Box::new(blocks(rng, 0.1, true))),
         turn: turns.then(|| TurnCurvature {
             pose_momentum: random(rng, 0.1),
             momentum_momentum: symmetric(random(rng, 0.1)),
@@ -330,7 +338,7 @@ fn long_arcs_lose_nothing() {
                 ..StageModel::zeros()
             },
             step: Linearization {
-                glide: Some(h),
+                glide: Some(Glide::Straight(h)),
                 ..Linearization::default()
             },
             inputs: Inputs {

@@ -16,8 +16,8 @@ use crate::{Command, Transfer};
 pub enum ExtremalError {
     /// The transfer is not covered by the conditions (4.19)–(4.26).
     #[error(
-        "shooting plans the full motion by Lie–Euler steps, with force and moment as commands, without inequalities, \
-         to one state"
+        "shooting plans the full motion by Lie–Euler steps, with force and moment as commands, without drag and \
+         inequalities, to one state"
     )]
     Unsupported,
     /// The body turns too far in one step.

@@ -8,7 +8,9 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U3, U6};
 
 use super::error::PlanError;
-use crate::discrete::{DecouplingError, DiscreteDynamics, Inputs, KickDriftKick, Linearization};
+use crate::discrete::{
+    DecouplingError, DiscreteDynamics, Glide, Inputs, KickDriftKick, Linearization,
+};
 use crate::problem::{Deviations, OF_BODY, OF_STATE, Uncertainty, Vector12, stacked};
 use crate::{Actuation, Command, MAX_COMMANDS, Plan, Transfer, wheels};
 
@@ -91,7 +93,7 @@ fn by_wheels(
         .map(|(source, other)| Ok((*source, KickDriftKick::gyrostat(other)?, &other.body)))
         .collect::<Result<_, PlanError>>()?;
     let gradient = |state: &BodyState| field.gradient(body, &state.position, &state.attitude);
-    let (tau, glide) = (0.5 * h, h / body.mass());
+    let tau = 0.5 * h;
     let mut all = vec![initial.clone()];
     let mut orbit = initial.fixed_rows::<6>(0).into_owned();
     // In their place are the momenta that wheels exchange and store, which are known at the start.
@@ -109,9 +111,9 @@ fn by_wheels(
             impulse
         };
         let impulse = kick(&mut orbit, &turn, &begin);
-        let moved = glide * orbit.fixed_rows::<3>(3);
-        let mut position = orbit.fixed_rows_mut::<3>(0);
-        position += moved;
+        let mut begun = ends[0];
+        begun.linear_momentum += tau * field.load(body, &begun.position, &begun.attitude).force;
+        orbit = Glide::of(body, [*h, 1.0], &begun).matrix() * orbit;
         closed.step(k, &entered.states[k], Some(&impulse), &mut turn)?;
         closed.deviate(k, &entered.states[k], body, &others, &mut turn)?;
         let impulse = kick(&mut orbit, &turn, &end);

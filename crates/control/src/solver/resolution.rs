@@ -23,11 +23,15 @@ pub(super) fn with_least_ratio(body: &RigidBody, least: f64) -> Option<RigidBody
     let axes = eigen.eigenvectors;
     let matrix = axes * Matrix3::from_diagonal(&moments) * axes.transpose();
     let inertia = Inertia::new(0.5 * (matrix + matrix.transpose())).ok()?;
-    match body.distribution() {
+    let with = match body.distribution() {
         MassDistribution::Multipole(own) => RigidBody::with_multipole(inertia, own.clone()),
         _ => RigidBody::new(body.mass(), inertia, body.points().to_vec()),
-    }
-    .ok()
+    };
+    let with = with.ok()?;
+    Some(match body.drag() {
+        Some(drag) => with.with_drag(drag.clone()),
+        None => with,
+    })
 }
 
 /// The ratio of the least principal moment of inertia to the greatest.

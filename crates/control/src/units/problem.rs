@@ -24,7 +24,11 @@ impl Units {
             transfer
                 .actuation
                 .in_units(&self.loads(), &self.commands, self.cost / self.time)?;
-        let body = RigidBody::new(own.mass() * body.mass(), inertia, Vec::new())?;
+        let drag = body.drag();
+        let mut body = RigidBody::new(own.mass() * body.mass(), inertia, Vec::new())?;
+        if let Some(drag) = drag {
+            body = body.with_drag(drag.in_units(self.length, self.mass(), self.time));
+        }
         Ok(Transfer {
             terminal: TerminalSet::new(&transfer.target, self),
             inequalities: transfer.inequalities.in_units(self),

@@ -138,6 +138,11 @@ impl<'a> Flights<'a> {
         }
     }
 
+    /// Returns true if a body has drag.
+    pub(super) fn has_drag(&self) -> bool {
+        self.system.has_drag()
+    }
+
     /// Sets the expected total cost from the cost of a coarse reference.
     pub(super) fn expect(&mut self, coarse: f64) {
         self.meter.expected = EXPECTED * coarse;

@@ -33,12 +33,16 @@ pub(super) fn search(
         met.map(|met| met.cost).fold(f64::INFINITY, f64::min)
     };
     for tuned in [Tuned::DormandPrince, Tuned::Taylor] {
-        if tuned == Tuned::DormandPrince || flights.cost.expands() {
+        let expands = || flights.cost.expands() && !flights.has_drag();
+        if tuned == Tuned::DormandPrince || expands() {
             let most = cheapest(&all);
             all.extend(adaptive(flights, reference, tolerance, tuned, most)?);
         }
     }
     for method in of_equal_steps() {
+        if flights.has_drag() && !method.carries_actuators() {
+            continue;
+        }
         let most = cheapest(&all);
         all.extend(equal(flights, reference, tolerance, method, most)?);
     }

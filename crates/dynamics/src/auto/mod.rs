@@ -65,7 +65,7 @@ pub fn choose(
     let mut states = states.to_vec();
     system.constrain(&mut states);
     let cost = Cost::new(system, &states);
-    let exact = if system.is_free() {
+    let exact = if system.is_free() && !system.has_drag() {
         Some(closed_form(system, &states, run, &cost, tolerance)?)
     } else {
         None

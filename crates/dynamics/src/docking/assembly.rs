@@ -1,6 +1,7 @@
 use lgvi_lie::hat;
 use nalgebra::{Matrix3, Vector3};
 
+use crate::drag::Drag;
 use crate::{BodyError, BodyState, Inertia, Load, RigidBody};
 
 /// Bodies that are parts of wholes. A whole is a body by itself or several bodies that are joined.
@@ -130,7 +131,9 @@ impl Assembly {
             inertia += a * body.inertia().matrix() * a.transpose() - body.mass() * d * d;
             poses.push(pose);
         }
-        let body = RigidBody::new(mass, Inertia::new(inertia)?, Vec::new())?;
+        let mut body = RigidBody::new(mass, Inertia::new(inertia)?, Vec::new())?;
+        let drags = members.iter().filter_map(|part| self.parts[*part].drag());
+        body.drag = drags.cloned().reduce(Drag::and).map(Box::new);
         let state = BodyState {
             position: first.position + center,
             linear_momentum,

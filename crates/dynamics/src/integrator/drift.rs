@@ -47,16 +47,37 @@ fn movers<T>(bodies: &[RigidBody], rotation: impl Fn(&RigidBody) -> T) -> Vec<Mo
 
 /// The data of a body for its drifts.
 struct Mover<T> {
-    mobility: Mobility,
+    course: Course,
     /// `1/m`.
     per_mass: f64,
     rotation: T,
 }
 
+/// The motion of a body's origin in a drift.
+#[derive(Clone, Copy)]
+enum Course {
+    /// Uniform.
+    Straight,
+    /// At rest.
+    Held,
+    /// Anything else.
+    Other,
+}
+
+impl Course {
+    fn of(body: &RigidBody) -> Self {
+        match body.mobility() {
+            Mobility::Free if body.drag().is_none() => Self::Straight,
+            Mobility::Pivoted => Self::Held,
+            Mobility::Free | Mobility::Fixed | Mobility::Driven(_) => Self::Other,
+        }
+    }
+}
+
 impl<T> Mover<T> {
     fn new(body: &RigidBody, rotation: T) -> Self {
         Self {
-            mobility: *body.mobility(),
+            course: Course::of(body),
             per_mass: body.mass().recip(),
             rotation,
         }
@@ -64,8 +85,8 @@ impl<T> Mover<T> {
 }
 
 impl<T: BodyRotation> Mover<T> {
-    /// Sets `next` to `state`, kicked and then moved by `h`. Returns false if the body is neither free nor pivoted, or
-    /// if the first pass does not find its rotation.
+    /// Sets `next` to `state`, kicked and then moved by `h`. Returns false if the body is neither free, without drag, nor
+    /// pivoted, or if the first pass does not find its rotation.
     #[inline(always)]
     fn advance(
         &self,
@@ -74,10 +95,10 @@ impl<T: BodyRotation> Mover<T> {
         h: f64,
         solutions: &mut Solutions<f64>,
     ) -> bool {
-        let free = match self.mobility {
-            Mobility::Free => true,
-            Mobility::Pivoted => false,
-            Mobility::Fixed | Mobility::Driven(_) => return false,
+        let free = match self.course {
+            Course::Straight => true,
+            Course::Held => false,
+            Course::Other => return false,
         };
         let mut momentum = state.linear_momentum;
         let mut p = state.angular_momentum;
@@ -112,7 +133,7 @@ impl<T: BodyRotation> Mover<T> {
             kick_body(body.mobility(), state, load, dt);
         }
         match body.mobility() {
-            Mobility::Free => state.position += (h * self.per_mass) * state.linear_momentum,
+            Mobility::Free => glide(body, state, self.per_mass, h),
             Mobility::Pivoted => {}
             Mobility::Fixed => return Ok(0),
             Mobility::Driven(drive) => {
@@ -250,6 +271,16 @@ pub(super) fn end(bodies: &[RigidBody], states: &mut [BodyState], kick: Kick) ->
         zero += 0.0 * (x + y + z + u + v + w + p + q + r + state.attitude[(2, 2)]);
     }
     zero == 0.0
+}
+
+/// Moves the center of mass of a free body.
+#[inline]
+fn glide(body: &RigidBody, state: &mut BodyState, per_mass: f64, h: f64) {
+    if body.drag().is_some() {
+        body.glide(state, h, 1.0);
+    } else {
+        state.position += (h * per_mass) * state.linear_momentum;
+    }
 }
 
 /// Adds the impulse of the loads over `dt` to the momenta.

@@ -192,6 +192,16 @@ pub enum MethodError {
         /// Index of the body.
         body: usize,
     },
+    /// The method does not support drag.
+    #[error(
+        "{method} cannot integrate body {body}, which has drag; use LGVI, a composition, Nyström, or Dormand–Prince"
+    )]
+    Drag {
+        /// Name of the method.
+        method: Method,
+        /// Index of the body.
+        body: usize,
+    },
     /// The method does not support gravity.
     #[error("{method} integrates free bodies only, but gravity acts here")]
     Gravity {

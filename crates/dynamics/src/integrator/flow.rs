@@ -43,7 +43,7 @@ pub(super) fn unpack(y: &Components) -> BodyState {
     state
 }
 
-/// The equations of motion as a vector field on R¹⁸ for each body: `ẋ = γ/m`, `γ̇ = f + u_f`, `Ṙ = R S(J⁻¹Π)`, `Π̇ =
+/// The equations of motion as a vector field on R¹⁸ for each body: `ẋ = γ/m`, `γ̇ = f + u_f` and drag, `Ṙ = R S(J⁻¹Π)`, `Π̇ =
 /// Π × J⁻¹Π + M + u_m`.
 ///
 /// R is treated as nine independent numbers, and the integrator is responsible for its orthogonality. Derivatives of
@@ -132,7 +132,10 @@ fn field(
     match body.mobility() {
         Mobility::Free => {
             let velocity = state.linear_momentum / body.mass();
-            let force = load.force + control.force;
+            let mut force = load.force + control.force;
+            if let Some(drag) = body.drag() {
+                force += drag.force(&state.position, &velocity);
+            }
             derivative[0..3].copy_from_slice(velocity.as_slice());
             derivative[3..6].copy_from_slice(force.as_slice());
         }

@@ -228,7 +228,8 @@ impl Method {
         )
     }
 
-    /// Returns true if it integrates bodies with [`wheels`](crate::wheels) or [`thrusters`](crate::thrusters).
+    /// Returns true if it integrates bodies with [`wheels`](crate::wheels), [`thrusters`](crate::thrusters) or
+    /// [`drag`](crate::drag).
     pub fn carries_actuators(self) -> bool {
         match self {
             Self::Lgvi(_)
@@ -255,11 +256,14 @@ impl Method {
     /// # Errors
     /// Returns an error if the method does not integrate such systems.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
-        let mut bodies = system.bodies().iter();
-        if let Some(body) = bodies.position(RigidBody::has_actuators)
-            && !self.carries_actuators()
-        {
-            return Err(MethodError::Actuators { method: self, body });
+        if !self.carries_actuators() {
+            let position = |has: fn(&RigidBody) -> bool| system.bodies().iter().position(has);
+            if let Some(body) = position(RigidBody::has_actuators) {
+                return Err(MethodError::Actuators { method: self, body });
+            }
+            if let Some(body) = position(|body| body.drag().is_some()) {
+                return Err(MethodError::Drag { method: self, body });
+            }
         }
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),

@@ -40,6 +40,12 @@ pub enum Unfit {
         /// Index of the body.
         body: usize,
     },
+    /// A body has drag.
+    #[error("body {body} has drag, expected none")]
+    Drag {
+        /// Index of the body.
+        body: usize,
+    },
     /// There are no systems.
     #[error("there are no systems, expected at least one")]
     Nobody,
@@ -107,6 +113,9 @@ impl Layout {
         for (index, body) in bodies.iter().enumerate() {
             if body.has_actuators() {
                 return Err(Unfit::Actuators { body: index });
+            }
+            if body.drag().is_some() {
+                return Err(Unfit::Drag { body: index });
             }
             shapes.push(Shape::of(body).ok_or(Unfit::Distribution { body: index })?);
             let motion = Motion::of(body.mobility()).ok_or(Unfit::Mobility { body: index })?;

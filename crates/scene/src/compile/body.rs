@@ -1,3 +1,6 @@
+use std::sync::Arc;
+
+use lgvi_dynamics::drag::Atmosphere;
 use lgvi_dynamics::gravity::{Moments, Multipole, Polyhedron};
 use lgvi_dynamics::{BodyError, Drive, Inertia, Mobility, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -12,6 +15,7 @@ use crate::{SceneError, check};
 pub(super) fn body(
     key: &str,
     file: &BodyFile,
+    atmosphere: Option<&Arc<Atmosphere>>,
     work: &mut u64,
 ) -> Result<(RigidBody, Option<Polyhedron>), SceneError> {
     check::name(&format!("{key}.name"), &file.name)?;
@@ -23,7 +27,16 @@ pub(super) fn body(
         .map_err(|_| {
             SceneError::value(format!("{key}.radius"), file.radius, "a finite number ≥ 0")
         })?;
-    Ok((actuators::with_actuators(key, file, body)?, mesh))
+    let mut body = actuators::with_actuators(key, file, body)?;
+    if let Some(drag) = file.drag {
+        let key = format!("{key}.drag");
+        if *body.mobility() != Mobility::Free {
+            let expected = "none: only a free body is slowed down";
+            return Err(SceneError::value(key, drag.area, expected));
+        }
+        body = body.with_drag(drag.parse(&key, atmosphere)?);
+    }
+    Ok((body, mesh))
 }
 
 fn mobility(key: &str, file: &MobilityFile) -> Result<Mobility, SceneError> {

@@ -3,6 +3,7 @@ use serde::Deserialize;
 use crate::angle::AngleFile;
 use crate::axes::AxesFile;
 use crate::file::SensorFile;
+use crate::gravity::DragFile;
 
 #[derive(Deserialize)]
 #[cfg_attr(test, derive(schemars::JsonSchema))]
@@ -32,6 +33,8 @@ pub(crate) struct BodyFile {
     pub engine: Option<EngineFile>,
     /// The propellant of the thrusters or of the engine, which is part of `mass` and `inertia`, about the center of mass.
     pub propellant: Option<PropellantFile>,
+    /// Drag in the atmosphere of the central attractor; only of a free body.
+    pub drag: Option<DragFile>,
     /// Two bodies may not come closer than the sum of their radii.
     #[serde(default)]
     pub radius: f64,

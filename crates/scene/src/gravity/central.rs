@@ -1,9 +1,13 @@
+use std::sync::Arc;
+
 use lgvi_dynamics::BodyError;
+use lgvi_dynamics::drag::Atmosphere;
 use lgvi_dynamics::gravity::{Central, Fixed, Multipole};
 use nalgebra::{Matrix3, Vector3};
 use serde::Deserialize;
 
 use super::Collection;
+use super::atmosphere::{self, AtmosphereFile};
 use super::named::{Constants, NamedFile};
 use crate::{SceneError, Units, check};
 
@@ -26,6 +30,8 @@ pub(crate) struct CentralFile {
     position: [f64; 3],
     /// Radius of a sphere that no body may enter; 0 (none) by default, or the mean radius of `body`.
     radius: Option<f64>,
+    /// The atmosphere, in which bodies with `drag` slow down.
+    atmosphere: Option<AtmosphereFile>,
 }
 
 /// A fixed attractor.
@@ -41,6 +47,8 @@ pub struct CentralAttractor {
     pub radius: f64,
     /// Deviation of the field from spherical symmetry.
     pub oblateness: Option<Oblateness>,
+    /// The atmosphere.
+    pub atmosphere: Option<Arc<Atmosphere>>,
     source: Source,
 }
 
@@ -82,8 +90,15 @@ impl CentralAttractor {
         let attractor = Self::new(gm, position, radius, oblateness).map_err(|_| {
             SceneError::value("gravity.central.radius", radius, "a finite number ≥ 0")
         })?;
+        let atmosphere = (file.atmosphere.as_ref())
+            .map(|file| {
+                let pole = oblateness.map_or(Vector3::z(), |oblateness| oblateness.pole);
+                atmosphere::parse(file, position, pole, radius, units)
+            })
+            .transpose()?;
         Ok(Self {
             name: known.map(|known| known.name),
+            atmosphere: atmosphere.map(Arc::new),
             ..attractor
         })
     }
@@ -118,6 +133,7 @@ impl CentralAttractor {
             position,
             radius,
             oblateness,
+            atmosphere: None,
             source,
         })
     }

@@ -1,10 +1,15 @@
 //! Gravity of a scene: the fields that act on all bodies in flight, and on one body in the planner.
 
+mod atmosphere;
 mod central;
 mod named;
 
+pub(crate) use atmosphere::DragFile;
 pub use central::{CentralAttractor, Oblateness};
 
+use std::sync::Arc;
+
+use lgvi_dynamics::drag::Atmosphere;
 use lgvi_dynamics::gravity::{Field, Gravity, Mutual, Sources, Uniform};
 use nalgebra::Vector3;
 use serde::Deserialize;
@@ -86,6 +91,11 @@ impl SceneGravity {
                 .map(|file| check::positive("gravity.mutual.constant", file.constant))
                 .transpose()?,
         })
+    }
+
+    /// The atmosphere of the fixed attractor.
+    pub(crate) fn atmosphere(&self) -> Option<&Arc<Atmosphere>> {
+        self.central.as_ref()?.atmosphere.as_ref()
     }
 
     /// Returns true if no gravity acts.

@@ -1,5 +1,8 @@
 //! A body in a field and its steps in any arithmetic, from potentials only.
 
+use std::sync::Arc;
+
+use lgvi_dynamics::drag::{Atmosphere, Drag};
 use lgvi_dynamics::gravity::{Fixed, Moments, Multipole, Polyhedron, PolyhedronField, Sources};
 use lgvi_dynamics::{BodyState, Inertia, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
@@ -17,6 +20,43 @@ use crate::{Actuation, Transfer};
 mod potentials;
 
 const MASS: f64 = 1.7;
+const AREA: f64 = 0.6;
+
+/// The arguments of an [`Atmosphere`].
+struct Air {
+    center: [f64; 3],
+    rotation: [f64; 3],
+    radius: f64,
+    layers: [[f64; 2]; 2],
+    scale_height: f64,
+}
+
+const AIR: Air = Air {
+    center: [0.1, -0.2, 0.05],
+    rotation: [0.1, 0.2, -0.3],
+    radius: 1.0,
+    layers: [[0.0, 2.0], [1.2, 0.5]],
+    scale_height: 1.5,
+};
+
+fn drag() -> Drag {
+    let Air {
+        center,
+        rotation,
+        radius,
+        layers,
+        scale_height,
+    } = AIR;
+    let air = Atmosphere::new(
+        center.into(),
+        rotation.into(),
+        radius,
+        &layers,
+        scale_height,
+    );
+    Drag::new(Arc::new(air.unwrap()), AREA).unwrap()
+}
+
 pub(crate) const H: f64 = 0.13;
 
 pub(crate) fn cross<T: Number>(a: Triple<T>, b: Triple<T>) -> Triple<T> {
@@ -88,11 +128,6 @@ impl<T: Number> State<T> {
             subtract(self.pi, end.pi),
         ];
         std::array::from_fn(|i| parts[i / 3][i % 3])
-    }
-
-    /// `x ← x + (h/m) γ`.
-    pub(crate) fn glide(&mut self) {
-        self.x = add(self.x, scaled(self.gamma, T::from(H / MASS)));
     }
 
     /// Solves `h S(Π) = F J_d − J_d Fᵀ` by Newton's method in Cayley form; `R ← R F`, `Π ← Fᵀ Π`.
@@ -296,6 +331,42 @@ impl Scene {
         }
     }
 
+    /// `x ← x + (h/m) γ`, between two halves of the drag.
+    pub(crate) fn glide<T: Number>(&self, state: &mut State<T>) {
+        self.slow(state);
+        state.x = add(state.x, scaled(state.gamma, T::from(H / MASS)));
+        self.slow(state);
+    }
+
+    /// Half of the drag of a step: the velocity relative to the air is divided by `1 + ρ C_D A |v| h/(4m)`.
+    fn slow<T: Number>(&self, state: &mut State<T>) {
+        if self.body.drag().is_none() {
+            return;
+        }
+        let Air {
+            center,
+            rotation,
+            radius,
+            layers,
+            scale_height,
+        } = AIR;
+        let from = subtract(state.x, constant(&center.into()));
+        let wind = cross(constant(&rotation.into()), from);
+        let altitude = dot(from, from).sqrt() - radius;
+        let [[_, dense], [top, thin]] = layers;
+        let density = if altitude.re() < top {
+            (altitude * ((thin / dense).ln() / top)).exp() * dense
+        } else {
+            ((altitude - top) * -scale_height.recip()).exp() * thin
+        };
+        let own = scaled(state.gamma, T::from(MASS.recip()));
+        let relative = subtract(own, wind);
+        let speed = dot(relative, relative).sqrt();
+        let slower = density * speed * (AREA * H / (4.0 * MASS)) + 1.0;
+        let slowed = scaled(relative, slower.recip());
+        state.gamma = scaled(add(wind, slowed), T::from(MASS));
+    }
+
     /// A step as defined by the equations (4.19)–(4.23), (3.22)–(3.26).
     pub(crate) fn step<T: Number>(
         &self,
@@ -316,7 +387,7 @@ impl Scene {
         let [before, after] = scheme(dynamics);
         let load = control(&state);
         self.kick(&mut state, load, before);
-        state.glide();
+        self.glide(&mut state);
         state.turn(self.body.inertia().matrix());
         let load = control(&state);
         self.kick(&mut state, load, after);
@@ -441,7 +512,11 @@ pub(crate) fn scenes(rng: &mut fastrand::Rng) -> Vec<Scene> {
                 name: format!("body {index} in {name}"),
                 attraction,
                 cloud: cloud.clone(),
-                body: body.clone(),
+                // Drag beside three kinds of gravity.
+                body: match name {
+                    "uniform" | "fourth order" | "several" => body.clone().with_drag(drag()),
+                    _ => body.clone(),
+                },
                 state: BodyState {
                     position: Vector3::new(1.7, 0.8, 0.9) + vector(rng, 0.3),
                     linear_momentum: vector(rng, 1.0),

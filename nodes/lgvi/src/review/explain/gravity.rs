@@ -21,6 +21,8 @@ struct Central {
     j2: Option<f64>,
     /// (m)
     radius: f64,
+    /// There are bodies that an atmosphere slows down.
+    drag: bool,
 }
 
 impl Gravity {
@@ -35,6 +37,7 @@ impl Gravity {
                 gm: central.gm * acceleration * area,
                 j2: central.oblateness.map(|oblateness| oblateness.j2),
                 radius: central.radius * units.length,
+                drag: scene.has_drag(),
             }),
             uniform: gravity.uniform.map(|g| (g * acceleration).into()),
             mutual: gravity
@@ -47,13 +50,17 @@ impl Gravity {
 impl fmt::Display for Gravity {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut parts = Vec::new();
-        if let Some(Central { name, gm, j2, .. }) = &self.central {
+        if let Some(Central {
+            name, gm, j2, drag, ..
+        }) = &self.central
+        {
             let shape = match j2 {
                 Some(j2) => format!("oblate with J₂ = {j2:e}"),
                 None => "a sphere or point".into(),
             };
             let name = name.unwrap_or("fixed attractor");
-            parts.push(format!("{name}, {shape}, GM = {gm:e} m³/s²"));
+            let drag = if *drag { ", with drag" } else { "" };
+            parts.push(format!("{name}, {shape}, GM = {gm:e} m³/s²{drag}"));
         }
         if let Some(g) = &self.uniform {
             parts.push(format!("uniform, {g:?} m/s²"));

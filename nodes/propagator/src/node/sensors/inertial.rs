@@ -7,11 +7,12 @@
 //!
 //! because a constant `f` in turning axes makes `Δ = ∫ R₀ exp(tθ/T) f dt = T R₀ J_l(θ) f`. `Δ` is the increment of the
 //! velocity of the point of its mount, less that of gravity at the center of mass `C`. On a body that is free, nothing but
-//! loads `F` and thrusters, which change its velocity by `Σ δ`, moves `C` beside gravity, so `Δ = Δ(v − v_C) + Σ (F h/m + δ)`,
-//! and gravity itself is not needed. Bodies that have docked have one center of mass. On a body that is held or driven, `Δ = Δv − ½ (g₀ + g₁) T`.
+//! loads `F`, drag `D` and thrusters, which change its velocity by `Σ δ`, moves `C` beside gravity, so `Δ = Δ(v − v_C) +
+//! Σ (F h/m + ½ (D₀ + D₁) h/m + δ)`, and gravity itself is not needed. Bodies that have docked have one center of mass. On a body that is held or driven, `Δ = Δv − ½ (g₀ + g₁) T`.
 
 use lgvi_dynamics::docking::Docked;
-use lgvi_dynamics::{BodyState, Load, Mobility, System};
+use lgvi_dynamics::drag::Drag;
+use lgvi_dynamics::{BodyState, Load, Mobility, RigidBody, System};
 use lgvi_lie::{left_jacobian_inverse, log};
 use lgvi_scene::{Mount, Scene, Sensor};
 use nalgebra::{Matrix3, Vector3};
@@ -31,6 +32,8 @@ pub(super) struct Increments {
     /// The velocity of each member at the beginning, and its change since then by loads and thrusters.
     velocities: Vec<Vector3<f64>>,
     changes: Vec<Vector3<f64>>,
+    /// The acceleration of each member by drag at the last step.
+    drags: Vec<Vector3<f64>>,
 }
 
 struct Period {
@@ -69,6 +72,7 @@ impl Increments {
             period: None,
             velocities: vec![Vector3::zeros(); members.len()],
             changes: vec![Vector3::zeros(); members.len()],
+            drags: vec![Vector3::zeros(); members.len()],
             members,
         }
     }
@@ -89,6 +93,9 @@ impl Increments {
             *velocity = states[member].velocity(&bodies[member]);
         }
         self.changes.fill(Vector3::zeros());
+        for (drag, &member) in self.drags.iter_mut().zip(&self.members) {
+            *drag = slowing(&bodies[member], &states[member]);
+        }
         self.period = Some(Period {
             first_step: flight.step(),
             attitude: states[self.members[0]].attitude,
@@ -103,7 +110,8 @@ impl Increments {
             return;
         }
         let bodies = flight.system().bodies();
-        for (change, &member) in self.changes.iter_mut().zip(&self.members) {
+        let each = self.changes.iter_mut().zip(&mut self.drags);
+        for ((change, drag), &member) in each.zip(&self.members) {
             let body = &bodies[member];
             let mut mass = body.mass();
             if let Some(thrusters) = body.thrusters() {
@@ -112,6 +120,8 @@ impl Increments {
                 mass += 0.5 * h * thrusters.mass_flow();
             }
             *change += (h / mass) * flight.loads()[member].force;
+            let before = std::mem::replace(drag, slowing(body, &flight.states()[member]));
+            *change += (0.5 * h) * (before + *drag);
         }
     }
 
@@ -160,12 +170,12 @@ impl Increments {
     }
 
     /// What is read where no period has been flown: the angular velocity, and the specific force of a body that turns
-    /// uniformly without loads. A body that is driven circles in addition.
+    /// uniformly without loads other than drag. A body that is driven circles in addition.
     pub(super) fn instant(&mut self, scene: &Scene, flight: &Flight, sensor: &Sensor) -> Truth {
         let state = &flight.states()[sensor.body];
         let body = &flight.system().bodies()[sensor.body];
         let rate = state.angular_velocity(body);
-        let mut center = -self.gravity(flight.states());
+        let mut center = slowing(body, state) - self.gravity(flight.states());
         if let Mobility::Driven(drive) = body.mobility() {
             center += drive.rate.cross(&state.velocity(body));
         }
@@ -210,6 +220,12 @@ impl Increments {
             }
         }
     }
+}
+
+/// The acceleration of a body by drag.
+fn slowing(body: &RigidBody, state: &BodyState) -> Vector3<f64> {
+    let force = |drag: &Drag| drag.force(&state.position, &state.velocity(body)) / body.mass();
+    body.drag().map_or_else(Vector3::zeros, force)
 }
 
 /// The scene's system with the gravity on a body that is not free, which other bodies of this kind attract, too.

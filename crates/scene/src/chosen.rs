@@ -94,6 +94,16 @@ impl fmt::Display for Chosen {
                 write!(f, "{{ name = \"taylor\", tolerance = {tolerance:e} }}")?;
             }
             Method::Nystrom { order } => write!(f, "{{ name = \"nystrom\", order = {order} }}")?,
+            Method::Composition { order, rotor } => {
+                let rotor = match rotor {
+                    Rotor::Discrete => "discrete",
+                    Rotor::Exact => "exact",
+                };
+                write!(
+                    f,
+                    "{{ name = \"composition\", order = {order}, rotor = \"{rotor}\" }}"
+                )?;
+            }
             Method::WisdomHolman { scheme } => {
                 let scheme = match scheme {
                     KeplerScheme::Leapfrog => "leapfrog",

@@ -3,8 +3,9 @@
 //! With the momenta in proportion to the mass, `γ̃ = γ M/m` and `Π̃ = Π M/m`, and the commands `w = F M/m`, where M is the mass
 //! with all propellant and m of the commands that in the middle of a step, a step of the body that loses mass is one of the
 //! constant mass M, because inertia and gravity are in proportion to the mass. The mass remains in the limits, `F ≤ F_max`, in
-//! the cost of the mass that is used, which loosens later limits, and in the Coriolis force and the jet damping of gas that
-//! leaves a body that turns. These are taken from a plan and the transfer is solved again, until they are those of its own plan.
+//! the drag, which is M/m times that of the body, in the cost of the mass that is used, which loosens later limits and slows the
+//! body down more, and in the Coriolis force and the jet damping of gas that leaves a body that turns. These are taken from a
+//! plan and the transfer is solved again, until they are those of its own plan.
 
 mod along;
 mod ejection;
@@ -28,6 +29,9 @@ const SAME: f64 = 1e-8;
 /// The part of the way to the result of an iteration that is gone, and the number of earlier iterations that count.
 const DAMPING: f64 = 0.8;
 const MEMORY: usize = 5;
+/// The factor of the tolerance of the stationarity once the costs have settled. Where drag lets an engine burn below its limit,
+/// the masses depend on the stationarity more than elsewhere.
+const PRECISE: f64 = 1e-3;
 /// Largest number of times that the transfer is solved.
 const MOST: usize = 60;
 
@@ -55,10 +59,11 @@ pub(crate) fn solve(
     let mut settling = Anderson::new(DAMPING, MEMORY);
     let mut lighter = plan.is_some();
     let mut violation = f64::INFINITY;
+    let mut precise = *settings;
     for _ in 0..MOST {
         let stated = scaled.stated(&along);
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
-        let found = match solve_stated(&stated, start, settings, progress.next()) {
+        let found = match solve_stated(&stated, start, &precise, progress.next()) {
             Ok(found) => found,
             Err(error) if !lighter && error.is_missing() => {
                 along = scaled.with_even_use(1.0);
@@ -71,6 +76,9 @@ pub(crate) fn solve(
         let next = scaled.along(&found)?;
         let changes = along.changes(&next);
         violation = changes[0].max(changes[1]);
+        if changes[1] <= SETTLED[1] && transfer.body.drag().is_some() {
+            precise.stationarity = PRECISE * settings.stationarity;
+        }
         if changes[0] <= SETTLED[0] && changes[1] <= SETTLED[1] {
             scaled.check_propellant(&found)?;
             let states = fly(transfer, &scaled.forces(&found.commands))?;

@@ -2,7 +2,7 @@ use nalgebra::SVector;
 
 use super::class::Class;
 use super::error::PlanError;
-use super::fuel::LAST_SMOOTHNESS;
+use super::fuel::last_smoothness;
 use super::neighboring::Inherited;
 use super::progress::{NewtonSettings, Phase, Progress, Start, Warmth};
 use super::resolution::resolved;
@@ -97,7 +97,7 @@ impl<'s, C> Solver<'s, C> {
             },
             coarse: settings.coarse.max(2),
             observe,
-            smoothness: LAST_SMOOTHNESS,
+            smoothness: last_smoothness(transfer),
             inherited: None,
             inertial: None,
             smooth: true,

@@ -9,7 +9,10 @@ use crate::problem::{CommandInequality, Price};
 use crate::{Command, Switching, Transfer};
 
 /// The part of the quadratic weight that is left in plans at minimum fuel, so that commands between their limits are unique.
-pub(super) const LAST_SMOOTHNESS: f64 = 1e-6;
+const LAST_SMOOTHNESS: f64 = 1e-6;
+/// The same of a body with drag, whose commands stay between their limits on singular arcs. Drag depends on the velocity in the
+/// middle of a step, which commands that alternate do not change: this weight alone makes them smooth.
+const LAST_SMOOTHNESS_WITH_DRAG: f64 = 1e-4;
 /// Distance to zero or a limit, relative to the limit, within which a command is off or at the limit.
 const CLOSE: f64 = 1e-3;
 
@@ -24,6 +27,14 @@ pub(super) fn unlimited(transfer: &Transfer) -> Option<usize> {
         let mut commands = price.commands.clone();
         commands.find(|&command| limits[command].is_infinite())
     })
+}
+
+/// The part of the quadratic weight that is left in plans of `transfer` at minimum fuel.
+pub(super) fn last_smoothness(transfer: &Transfer) -> f64 {
+    match transfer.body.drag() {
+        Some(_) => LAST_SMOOTHNESS_WITH_DRAG,
+        None => LAST_SMOOTHNESS,
+    }
 }
 
 /// The state of a command.

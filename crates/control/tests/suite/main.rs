@@ -10,6 +10,7 @@ mod chances;
 mod classes;
 mod constraints;
 mod coupling;
+mod drag;
 mod engine;
 mod final_time;
 mod formation;

@@ -224,6 +224,10 @@ pub(super) fn work(method: Method) -> (u32, u32) {
         Method::Nystrom { order } => {
             Splitting::nystrom(order, &[]).map_or((0, 0), |splitting| splitting.work())
         }
+        Method::Composition { order, rotor } => {
+            let splitting = Splitting::composition(order, rotor, &[]);
+            splitting.map_or((0, 0), |splitting| splitting.work())
+        }
         Method::WisdomHolman { scheme } => WisdomHolman::work(scheme),
         _ => (1, 1),
     }
@@ -244,6 +248,9 @@ mod tests {
         ]
         .map(work);
         assert_eq!(counted, [(1, 1), (6, 6), (14, 15), (19, 20)]);
+        let rotor = Rotor::Exact;
+        let composed = [4, 6, 8].map(|order| work(Method::Composition { order, rotor }));
+        assert_eq!(composed, [(5, 5), (13, 13), (21, 21)]);
         let schemes = KeplerScheme::ALL.map(|scheme| work(Method::WisdomHolman { scheme }));
         assert_eq!(schemes, [(1, 1), (4, 5), (7, 8), (8, 9)]);
     }

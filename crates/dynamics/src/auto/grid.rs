@@ -4,12 +4,19 @@ use super::{Candidate, ChoiceError};
 use crate::Method;
 use crate::integrator::{KeplerScheme, Rotor};
 
-/// Candidate methods of equal steps.
-fn of_equal_steps() -> impl Iterator<Item = Method> {
+/// Candidate methods of equal steps. In the presence of drag, compositions take the place of Nyström splittings.
+fn of_equal_steps(drag: bool) -> Vec<Method> {
     let lgvi = Method::Lgvi(Rotor::Discrete);
-    let nystrom = [4, 6, 8].map(|order| Method::Nystrom { order });
+    let higher = [4, 6, 8].map(|order| match drag {
+        true => Method::Composition {
+            order,
+            rotor: Rotor::Exact,
+        },
+        false => Method::Nystrom { order },
+    });
     let kepler = KeplerScheme::ALL.map(|scheme| Method::WisdomHolman { scheme });
-    kepler.into_iter().chain([lgvi]).chain(nystrom)
+    let kepler = kepler.into_iter().filter(|_| !drag);
+    kepler.chain([lgvi]).chain(higher).collect()
 }
 
 /// Tolerances of methods with error control: two per decade, starting from the loosest.
@@ -39,10 +46,7 @@ pub(super) fn search(
             all.extend(adaptive(flights, reference, tolerance, tuned, most)?);
         }
     }
-    for method in of_equal_steps() {
-        if flights.has_drag() && !method.carries_actuators() {
-            continue;
-        }
+    for method in of_equal_steps(flights.has_drag()) {
         let most = cheapest(&all);
         all.extend(equal(flights, reference, tolerance, method, most)?);
     }

@@ -131,6 +131,13 @@ impl Drag {
 }
 
 impl RigidBody {
+    /// The drag in this state, inertial frame; 0 without [`drag`](Self::drag).
+    #[inline]
+    pub fn drag_force(&self, state: &BodyState) -> Vector3<f64> {
+        let force = |drag: &Drag| drag.force(&state.position, &state.velocity(self));
+        self.drag().map_or_else(Vector3::zeros, force)
+    }
+
     /// Moves the center of mass for a time without other forces: half of the drag acts before, and half after. The air has
     /// `factor` times its density.
     #[inline]

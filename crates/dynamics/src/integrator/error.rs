@@ -194,7 +194,7 @@ pub enum MethodError {
     },
     /// The method does not support drag.
     #[error(
-        "{method} cannot integrate body {body}, which has drag; use LGVI, a composition, Nyström, or Dormand–Prince"
+        "{method} cannot integrate body {body}, which has drag; use LGVI, a composition, or Dormand–Prince"
     )]
     Drag {
         /// Name of the method.

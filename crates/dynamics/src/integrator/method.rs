@@ -228,8 +228,7 @@ impl Method {
         )
     }
 
-    /// Returns true if it integrates bodies with [`wheels`](crate::wheels), [`thrusters`](crate::thrusters) or
-    /// [`drag`](crate::drag).
+    /// Returns true if it integrates bodies with [`wheels`](crate::wheels) or [`thrusters`](crate::thrusters).
     pub fn carries_actuators(self) -> bool {
         match self {
             Self::Lgvi(_)
@@ -251,19 +250,27 @@ impl Method {
         }
     }
 
+    /// Returns true if it integrates bodies with [`drag`](crate::drag). A Nyström splitting does not: its coefficients cancel
+    /// errors that only forces that do not depend on velocities have.
+    pub fn carries_drag(self) -> bool {
+        self.carries_actuators() && !matches!(self, Self::Nystrom { .. })
+    }
+
     /// Creates the integrator for `system`.
     ///
     /// # Errors
     /// Returns an error if the method does not integrate such systems.
     pub fn integrator(self, system: &System) -> Result<Box<dyn Integrator>, MethodError> {
-        if !self.carries_actuators() {
-            let position = |has: fn(&RigidBody) -> bool| system.bodies().iter().position(has);
-            if let Some(body) = position(RigidBody::has_actuators) {
-                return Err(MethodError::Actuators { method: self, body });
-            }
-            if let Some(body) = position(|body| body.drag().is_some()) {
-                return Err(MethodError::Drag { method: self, body });
-            }
+        let position = |has: fn(&RigidBody) -> bool| system.bodies().iter().position(has);
+        if let Some(body) = position(RigidBody::has_actuators)
+            && !self.carries_actuators()
+        {
+            return Err(MethodError::Actuators { method: self, body });
+        }
+        if let Some(body) = position(|body| body.drag().is_some())
+            && !self.carries_drag()
+        {
+            return Err(MethodError::Drag { method: self, body });
         }
         Ok(match self {
             Self::Lgvi(rotor) => Box::new(Splitting::lgvi(rotor, system.bodies())),

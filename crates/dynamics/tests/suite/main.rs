@@ -11,6 +11,7 @@ mod conformance;
 mod conservation;
 mod derivatives;
 mod docking;
+mod drag;
 mod engine;
 mod equivalence;
 mod failures;

@@ -9,6 +9,7 @@ mod classes;
 mod discretization;
 mod disturbances;
 mod dockings;
+mod drag;
 mod ensembles;
 mod extremes;
 mod formations;

@@ -43,7 +43,10 @@ impl CrouchGrossman {
         t: f64,
     ) -> BodyState {
         let (velocity, force) = match body.mobility() {
-            Mobility::Free => (rate.velocity(body), load.force),
+            Mobility::Free => {
+                let force = load.force + body.drag_force(rate);
+                (rate.velocity(body), force)
+            }
             Mobility::Pivoted => Default::default(),
             Mobility::Fixed => return *state,
             Mobility::Driven(drive) => return drive.advance(body, state, t),

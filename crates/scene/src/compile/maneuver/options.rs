@@ -130,6 +130,11 @@ pub(super) fn check_combination(
             ("cost", maneuver.actuation.minimizes_fuel()),
         ];
         check_plain(maneuver, &beyond, "`solver.method` is \"shooting\"")?;
+        if let Some(drag) = scene.bodies[maneuver.body].body.drag() {
+            let key = format!("bodies[{}].drag", maneuver.body);
+            let expected = "none where `solver.method` is \"shooting\"";
+            return Err(SceneError::value(key, drag.area(), expected));
+        }
     }
     if maneuver.processed {
         let flown = matches!(scene.integration, Integration::Method(Method::LieEuler(_)));

@@ -11,7 +11,6 @@
 //! Σ (F h/m + ½ (D₀ + D₁) h/m + δ)`, and gravity itself is not needed. Bodies that have docked have one center of mass. On a body that is held or driven, `Δ = Δv − ½ (g₀ + g₁) T`.
 
 use lgvi_dynamics::docking::Docked;
-use lgvi_dynamics::drag::Drag;
 use lgvi_dynamics::{BodyState, Load, Mobility, RigidBody, System};
 use lgvi_lie::{left_jacobian_inverse, log};
 use lgvi_scene::{Mount, Scene, Sensor};
@@ -224,8 +223,7 @@ impl Increments {
 
 /// The acceleration of a body by drag.
 fn slowing(body: &RigidBody, state: &BodyState) -> Vector3<f64> {
-    let force = |drag: &Drag| drag.force(&state.position, &state.velocity(body)) / body.mass();
-    body.drag().map_or_else(Vector3::zeros, force)
+    body.drag_force(state) / body.mass()
 }
 
 /// The scene's system with the gravity on a body that is not free, which other bodies of this kind attract, too.

@@ -87,6 +87,7 @@ scenes!(
     earth_mars,
     formation_change,
     free_body,
+    goddard,
     inclination_change,
     inclination_replan,
     inspection,

@@ -5,6 +5,7 @@ use lgvi_control::{NewtonSettings, Plan, Start, miss, solve};
 use lgvi_dynamics::{BodyState, Load};
 use lgvi_scene::Scene;
 use nalgebra::{Matrix3, Vector3};
+use serde_json::Value;
 
 use crate::shipped::{shipped, shipped_text};
 
@@ -207,6 +208,68 @@ fn the_spacecraft_arrives_at_mars_with_the_mass_that_is_published() {
     let miss = scene.miss_among(bodies, simulation.states(), state);
     let miss = miss.unwrap().fixed_rows::<3>(0).norm();
     assert!(miss < 0.01, "{miss:e} km of 2.5e8 km");
+}
+
+/// The satellite's attitude by another integration, and the cost of the transfer by IPOPT (`tests/truth/envisat.json`).
+#[test]
+fn a_rendezvous_with_a_satellite_that_tumbles_like_envisat_costs_what_ipopt_finds() {
+    let text = include_str!("../../../../tests/truth/envisat.json");
+    let truth: Value = serde_json::from_str(text).unwrap();
+    let (satellite, chaser, end) = (&truth["satellite"], &truth["chaser"], &truth["end"]);
+    let vector = |value: &Value| Vector3::from_fn(|i, _| value[i].as_f64().unwrap());
+    let attitude = |q: &Value| {
+        format!(
+            "{{ w = {}, x = {}, y = {}, z = {} }}",
+            q[0], q[1], q[2], q[3]
+        )
+    };
+    let text = format!(
+        "title = \"Rendezvous\"\n[run]\nduration = {}\nsteps = {}\n\
+         integrator = {{ name = \"lgvi\", rotor = \"exact\" }}\n[gravity.central]\ngm = {}\n\
+         [[bodies]]\nname = \"envisat\"\nmass = 7828.9\ninertia = {}\nposition = {}\nvelocity = {}\n\
+         attitude = {}\nangular_velocity = {}\n\
+         [[bodies]]\nname = \"chaser\"\nmass = {}\ninertia = [900, 900, 900]\nposition = {}\nvelocity = {}\n\
+         attitude = {{ w = 1, x = 0, y = 0, z = 0 }}\nangular_velocity = [0, 0, 0]\n\
+         [maneuver]\nbody = \"chaser\"\nmotion = \"translation\"\n[maneuver.target]\n\
+         relative_to = {{ body = \"envisat\", axes = \"body\" }}\nposition = [0, 0, 30]\nvelocity = [0, 0, 0]\n",
+        truth["T"],
+        truth["N"],
+        truth["gm"],
+        truth["inertia"],
+        satellite["position"],
+        satellite["velocity"],
+        attitude(&satellite["attitude"]),
+        satellite["rate"],
+        truth["mass"],
+        chaser["position"],
+        chaser["velocity"],
+    );
+    let scene = Scene::parse("test", &text).unwrap_or_else(|error| panic!("{text}: {error}"));
+    let plan = plan(&scene);
+    let arrival = *flown(&scene, &plan).last().unwrap();
+    let chaser = &scene.bodies[1].body;
+    let far = (arrival.position - vector(&end["position"])).norm();
+    let fast = (arrival.velocity(chaser) - vector(&end["velocity"])).norm();
+    let dearer = plan.cost / truth["cost"].as_f64().unwrap() - 1.0;
+    assert!(far < 1e-6 && fast < 1e-8, "{far:e} m, {fast:e} m/s");
+    assert!(dearer.abs() < 1e-7, "{dearer:e}");
+}
+
+/// With the published height, 0.6 of the mass is left; steps of 0.8 s differ by 5e-5.
+#[test]
+fn goddards_rocket_arrives_with_the_mass_that_is_published() {
+    let scene = shipped("goddard");
+    let plan = plan(&scene);
+    let mut simulation = scene.simulation(scene.scheme().unwrap()).unwrap();
+    for control in &plan.controls {
+        let rest = simulation.command(0, *control);
+        simulation.advance(&[rest]).unwrap();
+    }
+    let left = simulation.system().bodies()[0].mass();
+    assert!((left - 0.6).abs() < 1e-4, "{left}");
+    assert!((1.0 - left - plan.cost).abs() < 1e-12);
+    let end = simulation.states()[0].position;
+    assert!((end.x - 1.01283).abs() < 1e-9, "{end}");
 }
 
 /// The scene's simulation makes of the plan the states and the mass of the plan, which costs the propellant that is missing then.

@@ -32,7 +32,7 @@ const TURN: Load = Load {
     moment: Vector3::new(0.02, -0.01, 0.4),
 };
 
-const SHIPPED: [Shipped; 30] = [
+const SHIPPED: [Shipped; 31] = [
     scene!("asteroid_orbiter", None),
     scene!("binary_asteroid", None),
     scene!("dispersed_capture", Some((0, PUSH))),
@@ -41,6 +41,7 @@ const SHIPPED: [Shipped; 30] = [
     scene!("earth_mars", None),
     scene!("formation_change", Some((1, PUSH))),
     scene!("free_body", None),
+    scene!("goddard", None),
     scene!("inclination_change", Some((0, PUSH))),
     scene!("inclination_replan", Some((0, PUSH))),
     scene!("inspection", Some((1, PUSH))),

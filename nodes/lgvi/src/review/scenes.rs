@@ -9,7 +9,7 @@ macro_rules! shipped {
     };
 }
 /// Names and texts of the shipped scenes.
-pub const SCENES: [(&str, &str); 30] = [
+pub const SCENES: [(&str, &str); 31] = [
     shipped!("asteroid_orbiter"),
     shipped!("binary_asteroid"),
     shipped!("dispersed_capture"),
@@ -18,6 +18,7 @@ pub const SCENES: [(&str, &str); 30] = [
     shipped!("earth_mars"),
     shipped!("formation_change"),
     shipped!("free_body"),
+    shipped!("goddard"),
     shipped!("inclination_change"),
     shipped!("inclination_replan"),
     shipped!("inspection"),

@@ -79,6 +79,26 @@ fn free_fall_reads_zero() {
     }
 }
 
+/// In the middle of the period the drag is the mean, but for the square of the angle on the orbit.
+#[test]
+fn drag_is_felt() {
+    let orbit = "orbit = { semi_major_axis = 6571e3, inclination = \"50 deg\" }\nangular_velocity = [0, 0, 0]\nattitude = { w = 1, x = 0, y = 0, z = 0 }\ndrag = { area = 4.0 }";
+    let craft = body("craft", orbit, &sensor("imu", "imu", "period = 20.0"));
+    let air =
+        "[gravity.central]\nbody = \"earth\"\n[gravity.central.atmosphere]\nbody = \"earth\"\n";
+    let mut flight = Run::new(&run(1.0, &format!("{craft}{air}")));
+    flight.begin();
+    for _ in 0..20 {
+        assert!(flight.steps(10).is_empty());
+        let body = &flight.flight.system().bodies()[0];
+        let expected = body.drag_force(&flight.flight.states()[0]) / body.mass();
+        let (_, reading) = flight.steps(10).pop().unwrap();
+        let [_, force] = inertial(&reading);
+        let error = (force - expected).norm() / expected.norm();
+        assert!(expected.norm() > 1e-4 && error < 1e-4, "{force}: {error:e}");
+    }
+}
+
 /// By the definition: increments of the velocity less the integral of gravity by Simpson's rule, which are not what the
 /// sensor computes.
 #[test]

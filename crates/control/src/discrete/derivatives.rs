@@ -75,12 +75,22 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         let mut first = Linearization::default();
         self.first(k, &drifted, &controls, &mut first);
         let [after, _] = first.about_drift::<X, U>(lambda);
-        let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
         let slowing = self.slowing(k, &drifted.begun);
-        Ok(slowing.map_or(0.0, |glide| {
-            let [by_pose, by_momentum] = glide.by_density();
-            part(pose(0)).dot(&by_pose) + part(momentum(0)).dot(&by_momentum)
-        }))
+        let by_density = slowing.map_or_else(Default::default, |glide| glide.by_density());
+        Ok(by_drift(&after, &by_density))
+    }
+
+    /// The derivatives of position and linear momentum at the end of the drift of step `k` by a factor of the angular velocity of
+    /// the air.
+    pub(super) fn drift_by_rotation(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+    ) -> [Vector3<f64>; 2] {
+        let begun = self.begin(k, state, &self.controls(command));
+        let slowing = self.slowing(k, &begun);
+        slowing.map_or_else(Default::default, |glide| glide.by_rotation())
     }
 
     /// How the effects of the commands in step `k` differ from those in other steps; `states` are those at the two kicks.
@@ -145,6 +155,15 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             into.before_commands = None;
         }
     }
+}
+
+/// The product of a gradient at the end of a drift with changes of position and linear momentum there.
+fn by_drift<const X: usize>(
+    after: &SVector<f64, X>,
+    [by_pose, by_momentum]: &[Vector3<f64>; 2],
+) -> f64 {
+    after.fixed_rows::<3>(pose(0)).dot(by_pose)
+        + after.fixed_rows::<3>(momentum(0)).dot(by_momentum)
 }
 
 /// The multipliers of the loads that act over `tau` before the state that `lambda` belongs to.

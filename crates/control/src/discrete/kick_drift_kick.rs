@@ -188,8 +188,10 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
     #[inline]
     pub(super) fn slowing(&self, k: usize, begun: &BodyState) -> Option<GlideDerivatives> {
         let Transfer { body, h, .. } = self.transfer;
+        if !C::GLIDES {
+            return None;
+        }
         body.glide_derivatives(begun, *h, self.density(k))
-            .filter(|_| C::GLIDES)
     }
 
     /// `τ G`: first derivatives of a kick at `state` by poses. A force that turns with the body, `R f`, has `−R S(f)` by
@@ -356,6 +358,15 @@ where
         self.kick((k, End::Ending), self.after, &controls, &mut drifted.state);
         self.settle(state, command, &mut drifted.state);
         Ok(drifted.state)
+    }
+
+    fn by_rotation_of_air(
+        &self,
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+    ) -> [Vector3<f64>; 2] {
+        self.drift_by_rotation(k, state, command)
     }
 
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X> {

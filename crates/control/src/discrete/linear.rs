@@ -378,6 +378,20 @@ impl Linearization {
         [after, before]
     }
 
+    /// The changes at the end of the step for changes of the first group's pose and momentum at the end of the drift.
+    pub(crate) fn after_drift<const X: usize>(
+        &self,
+        [by_pose, by_momentum]: &[Vector3<f64>; 2],
+    ) -> SVector<f64, X> {
+        let mut z = SVector::zeros();
+        add(&mut z, pose(0), by_pose);
+        add(&mut z, momentum(0), by_momentum);
+        for (i, row) in self.after.iter().enumerate().take(groups(X)) {
+            add(&mut z, momentum(i), &(row[0] * by_pose));
+        }
+        z
+    }
+
     /// `B`
     pub(crate) fn by_command<const X: usize, const U: usize>(
         &self,

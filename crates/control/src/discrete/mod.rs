@@ -15,7 +15,7 @@ mod within;
 
 use lgvi_dynamics::BodyState;
 use lgvi_dynamics::rotation::Unsolvable;
-use nalgebra::SVector;
+use nalgebra::{SVector, Vector3};
 
 use crate::problem::Off;
 
@@ -71,6 +71,17 @@ pub(crate) trait DiscreteDynamics<const X: usize, const U: usize> {
         first: &mut Linearization,
         second: &mut Curvature,
     ) -> Result<BodyState, Unsolvable>;
+
+    /// The derivatives of position and linear momentum at the end of the drift of step `k` by a factor of the angular velocity of
+    /// the air; 0 without drag.
+    fn by_rotation_of_air(
+        &self,
+        _k: usize,
+        _state: &BodyState,
+        _command: &SVector<f64, U>,
+    ) -> [Vector3<f64>; 2] {
+        Default::default()
+    }
 
     /// The variation `z` with `moved(from, z) = to`.
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;

@@ -10,7 +10,7 @@ use nalgebra::{SMatrix, SVector};
 use num_dual::HyperDual64;
 
 use self::composed::Composed;
-use self::model::{Scene, State, scenes, scheme};
+use self::model::{Scene, State, scenes, scenes_in_air, scheme};
 use super::{
     Curvature, DecoupledCommands, DecouplingError, DiscreteDynamics, KickDriftKick, Linearization,
 };
@@ -119,7 +119,7 @@ const SCHEMES: [Dynamics; 2] = [Dynamics::LieEuler, Dynamics::Lgvi];
 #[test]
 fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
     let mut rng = fastrand::Rng::with_seed(31);
-    for scene in scenes(&mut rng) {
+    for scene in scenes_in_air(&mut rng) {
         for dynamics in SCHEMES {
             let Scene { name, state, .. } = &scene;
             let transfer = scene.transfer(dynamics);
@@ -141,7 +141,7 @@ fn full_steps_have_the_derivatives_of_steps_made_of_potentials() {
 #[test]
 fn forces_that_turn_with_the_body_have_the_derivatives_of_steps_made_of_potentials() {
     let mut rng = fastrand::Rng::with_seed(37);
-    for scene in scenes(&mut rng).iter().step_by(5) {
+    for scene in scenes_in_air(&mut rng).iter().step_by(5) {
         let columns: Vec<_> = (0..9)
             .map(|_| (random::<6>(&mut rng, 1.0).into(), 1.0 + rng.f64()))
             .collect();
@@ -172,7 +172,7 @@ fn forces_that_turn_with_the_body_have_the_derivatives_of_steps_made_of_potentia
 #[test]
 fn halves_have_the_derivatives_of_steps_made_of_potentials() {
     let mut rng = fastrand::Rng::with_seed(32);
-    for scene in scenes(&mut rng) {
+    for scene in scenes_in_air(&mut rng) {
         for dynamics in SCHEMES {
             let transfer = scene.transfer(dynamics);
             let what = format!("{}, {dynamics:?}", scene.name);
@@ -257,7 +257,7 @@ fn control<const R: usize, const U: usize>(
 #[test]
 fn propagators_fly_the_same_steps() {
     let mut rng = fastrand::Rng::with_seed(33);
-    for scene in scenes(&mut rng) {
+    for scene in scenes_in_air(&mut rng) {
         for dynamics in SCHEMES {
             let rotor = Rotor::default();
             let method = match dynamics {

@@ -98,7 +98,11 @@ fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
             let mut exchanged = end.fixed_rows_mut::<3>(0);
             exchanged += **exchange * command;
         }
-        let change = linear.forward(&none, &own(&begin), &SVector::zeros()) + own(&end);
+        let mut change = linear.forward(&none, &own(&begin), &SVector::zeros()) + own(&end);
+        if transfer.body.drag().is_some() {
+            let by_rotation = steps.by_rotation_of_air(k, &ends[0], &narrowed(command));
+            change += linear.after_drift::<X>(&by_rotation) / transfer.h;
+        }
         slope += transfer.actuation.cost(1.0, command) + own(lambda).dot(&change);
     }
     Ok(slope)
@@ -109,7 +113,8 @@ fn lagrangian<S: DiscreteDynamics<X, U>, const X: usize, const U: usize>(
 /// A step is a kick, a drift and a kick. It depends on `h` only through `h m` and `h² load`, where `m` are the momenta:
 /// with `c h`, `m/c` and `load/c²` it leads to the same pose and to momenta `m⁺/c`. Let `m_b` and `m_d` be the momenta
 /// at the beginning and at the end of the drift. Euler's theorem on homogeneous functions gives `h ∂Φ/∂h = A [0, 2 m_b
-/// − m] + [0, m⁺ − 2 m_d]`. (Lie–Euler has `m_b = m`.) Coordinates that are not planned change the kicks in addition;
+/// − m] + [0, m⁺ − 2 m_d]`. (Lie–Euler has `m_b = m`.) Drag keeps this if the angular velocity of the air is `ω/c`; as it is
+/// ω, `∂Φ/∂h` has `(1/h) ω · ∂Φ/∂ω` in addition, which the callers add. Coordinates that are not planned change the kicks in addition;
 /// `free` holds their changes at both ends.
 fn changes(
     transfer: &Transfer,
@@ -175,6 +180,8 @@ fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, Decou
             .map_err(|source| DecouplingError::Unsolvable { step, source })?;
         let [begin, end] = changes(transfer, &[state, next], &Load::default(), None);
         change = linear.forward(&none, &(change + begin), &SVector::<f64, 6>::zeros()) + end;
+        let by_rotation = steps.by_rotation_of_air(step, &state, &SVector::zeros());
+        change += linear.after_drift::<12>(&by_rotation) / transfer.h;
         all.push(half(&change));
         state = next;
     }

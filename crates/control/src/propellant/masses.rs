@@ -64,20 +64,22 @@ impl Masses {
 
     /// What mass flows in each step cost, in parts of the mass with all propellant: a smaller mass loosens the limits of later
     /// commands `w`, and drag slows it down more. `held` holds `Σ y ∂g/∂w · w` of each step as it would be without this cost,
-    /// and the derivative of the Lagrangian by `ln m` through the drag.
+    /// `drags` the derivatives of the Lagrangian by `ln m` through the drag.
     ///
     /// With the multipliers y of the limits `g(w/ℓ) ≤ 0`, `ℓ = M/m` in the middle of a step, the derivative of the Lagrangian by
-    /// `ln m` there is `s = Σ y ∂g/∂w · w`. From `ln m_{k+½} = ln m_k − ln(1 + a/2)` and `ln m_{k+1} = ln m_k − 2 artanh(a/2)`
-    /// follows that by `a`: `−[S/(1 − a²/4) + ½ s/(1 + a/2)]` with the sum S of s over the later steps. It is part of the
-    /// condition from which s is found, hence `s = held + a [S/(1 − a²/4) + ½ s/(1 + a/2)]`.
-    pub(super) fn costs(&self, held: &[f64]) -> Vec<f64> {
+    /// `ln m` there is `s = Σ y ∂g/∂w · w ≥ 0`, and that through the drag. From `ln m_{k+½} = ln m_k − ln(1 + a/2)` and
+    /// `ln m_{k+1} = ln m_k − 2 artanh(a/2)` follows that by `a`: `−[S/(1 − a²/4) + ½ σ/(1 + a/2)]` with the sum σ of both in the
+    /// step and the sum S of σ over the later steps. It is part of the condition from which s is found, hence
+    /// `s = held + a [S/(1 − a²/4) + ½ σ/(1 + a/2)]`.
+    pub(super) fn costs(&self, held: &[f64], drags: &[f64]) -> Vec<f64> {
         let mut later = 0.0;
         let mut costs = vec![0.0; held.len()];
-        for (k, held) in held.iter().enumerate().rev() {
+        for (k, (held, drag)) in held.iter().zip(drags).enumerate().rev() {
             let a = self.parts[k];
             let through = later / (1.0 - 0.25 * a * a);
             let own = 0.5 / (1.0 + 0.5 * a);
-            let now = (held + a * through) / (1.0 - a * own);
+            let both = (held + drag + a * through) / (1.0 - a * own);
+            let now = both.max(*drag);
             costs[k] = -(through + own * now);
             later += now;
         }
@@ -89,10 +91,11 @@ impl Masses {
 mod tests {
     use super::*;
 
-    /// The derivatives of `Σ y (w/ℓ − 1)` through the masses alone, by differences. The flow per command is 0.3.
+    /// The derivatives of `Σ y (w/ℓ − 1) + d ln m` through the masses alone, by differences. The flow per command is 0.3.
     #[test]
     fn costs_are_derivatives_through_the_masses() {
         let multipliers = [0.7, 0.0, 1.9, 0.4, 1.1];
+        let drags = [0.2, -0.3, 0.05, 0.4, -0.1];
         let commands = [0.9, 0.2, 1.3, 0.0, 0.6];
         let (flow, full) = (0.3, 2.0);
         let masses = |commands: &[f64]| {
@@ -101,8 +104,8 @@ mod tests {
         };
         let through = |moved: &[f64]| -> f64 {
             let middles = masses(moved).middles;
-            let each = multipliers.iter().zip(commands).zip(&middles);
-            each.map(|((y, w), middle)| y * (w * middle / full - 1.0))
+            let each = multipliers.iter().zip(commands).zip(&middles).zip(drags);
+            each.map(|(((y, w), middle), drag)| y * (w * middle / full - 1.0) + drag * middle.ln())
                 .sum()
         };
         let now = masses(&commands);
@@ -123,7 +126,7 @@ mod tests {
                 commands[k] * (multipliers[k] * share + slopes[k])
             })
             .collect();
-        let costs = now.costs(&held);
+        let costs = now.costs(&held, &drags);
         for (cost, slope) in costs.iter().zip(&slopes) {
             let error = cost * flow / full - slope;
             assert!(error.abs() < 1e-10, "{cost} for {slope}: {error:e}");

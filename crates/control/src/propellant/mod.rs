@@ -32,6 +32,8 @@ const MEMORY: usize = 5;
 /// The factor of the tolerance of the stationarity once the costs have settled. Where drag lets an engine burn below its limit,
 /// the masses depend on the stationarity more than elsewhere.
 const PRECISE: f64 = 1e-3;
+/// The least tolerance that this factor leads to, above rounding.
+const LEAST: f64 = 1e-12;
 /// Largest number of times that the transfer is solved.
 const MOST: usize = 60;
 
@@ -60,6 +62,7 @@ pub(crate) fn solve(
     let mut lighter = plan.is_some();
     let mut violation = f64::INFINITY;
     let mut precise = *settings;
+    let mut sharpens = transfer.body.drag().is_some();
     for _ in 0..MOST {
         let stated = scaled.stated(&along);
         let start = plan.as_ref().map_or(Start::Cold, Start::Warm);
@@ -71,13 +74,19 @@ pub(crate) fn solve(
                 (plan, lighter) = (None, true);
                 continue;
             }
+            Err(error) if precise != *settings && error.is_missing() => {
+                (precise, sharpens) = (*settings, false);
+                continue;
+            }
             Err(error) => return Err(scaled.left_error(error)),
         };
         let next = scaled.along(&found)?;
         let changes = along.changes(&next);
         violation = changes[0].max(changes[1]);
-        if changes[1] <= SETTLED[1] && transfer.body.drag().is_some() {
-            precise.stationarity = PRECISE * settings.stationarity;
+        if changes[1] <= SETTLED[1] && sharpens {
+            precise.stationarity = (PRECISE * settings.stationarity)
+                .max(LEAST)
+                .min(settings.stationarity);
         }
         if changes[0] <= SETTLED[0] && changes[1] <= SETTLED[1] {
             scaled.check_propellant(&found)?;

@@ -55,7 +55,7 @@ impl<'t> Scaled<'t> {
     pub(super) fn stated(&self, along: &Along) -> Transfer {
         let costs = along.costs.iter().zip(&along.flows);
         let by_step = ByStep {
-            limits: along.masses.iter().map(|mass| (-mass).exp()).collect(),
+            limits: along.masses.iter().map(|mass| libm::exp(-mass)).collect(),
             costs: costs.map(|(cost, flows)| *cost * flows).collect(),
             loads: along.loads.clone(),
         };
@@ -72,7 +72,7 @@ impl<'t> Scaled<'t> {
         let middle = |step: usize| mass - part * left * (step as f64 + 0.5) / steps as f64;
         Along {
             masses: (0..steps)
-                .map(|step| (middle(step) / self.mass()).ln())
+                .map(|step| libm::log(middle(step) / self.mass()))
                 .collect(),
             costs: vec![0.0; steps],
             flows: vec![Command::zeros(); steps],
@@ -103,7 +103,7 @@ impl<'t> Scaled<'t> {
             masses: masses
                 .middles
                 .iter()
-                .map(|middle| (middle / mass).ln())
+                .map(|middle| libm::log(middle / mass))
                 .collect(),
             loads: ejection::loads(transfer, mass, &masses, &plan.states, &thrusts),
             ..self.with_even_use(0.0)
@@ -114,14 +114,10 @@ impl<'t> Scaled<'t> {
             command_forces(&self.stated(&along), plan)?
         };
         let (actuation, h) = (&transfer.actuation, transfer.h);
-        let drags = self.drag_costs(plan, &along)?;
-        let each = plan.commands.iter().zip(&forces).zip(drags);
-        let held = each.map(|((w, force), drag)| {
-            let limits = (force.dot(w) - h * actuation.rate(w)).max(0.0);
-            limits + drag
-        });
+        let each = plan.commands.iter().zip(&forces);
+        let held = each.map(|(w, force)| force.dot(w) - h * actuation.rate(w));
         let held: Vec<_> = held.collect();
-        along.costs = masses.costs(&held);
+        along.costs = masses.costs(&held, &self.drag_costs(plan, &along)?);
         let largest = plan.commands.iter().map(|w| self.flows.rate(w));
         let small = SMALL * largest.fold(0.0, f64::max);
         // The direction of the command, or that of `−Bᵀ λ`, along which one would act.

@@ -27,7 +27,7 @@ pub(super) fn fly(transfer: &Transfer, commands: &[Command]) -> Result<Flight, P
         let impulse = 0.5 * h * transfer.actuation.load(command).moment;
         state.angular_momentum += impulse;
         kick(transfer, &mut state);
-        state.position += (h / body.mass()) * state.linear_momentum;
+        body.glide(&mut state, *h, 1.0);
         let middle = 0.5 * (momenta[step] + momenta[step + 1]);
         let stored = total(body.wheels(), &middle);
         let turn = solve_gyrostat(body.inertia(), &stored, *h, &state.angular_momentum)

@@ -1,8 +1,11 @@
 use super::assembly::Assembly;
 use super::gravity::OnParts;
 use super::{Docked, Docking};
+use crate::drag::Drag;
 use crate::gravity::Gravity;
-use crate::{BodyState, Load, MethodError, Mobility, Simulation, StepError, StepReport, System};
+use crate::{
+    BodyState, Load, MethodError, Mobility, RigidBody, Simulation, StepError, StepReport, System,
+};
 
 /// Creates the gravity of the bodies.
 type MakeGravity = Box<dyn Fn() -> Vec<Box<dyn Gravity>> + Send>;
@@ -46,7 +49,12 @@ impl Dockings {
             };
             let actuated = system.bodies().iter().position(|body| body.has_actuators());
             let unfit = [one, other].into_iter().find(|body| !free(body));
-            if let Some(body) = unfit.or((one == other).then_some(one)).or(actuated) {
+            let mut drags = system.bodies().iter().filter_map(RigidBody::drag);
+            let first = drags.next();
+            let elsewhere =
+                drags.any(|drag| Some(drag.atmosphere()) != first.map(Drag::atmosphere));
+            let unfit = unfit.or((one == other || elsewhere).then_some(one));
+            if let Some(body) = unfit.or(actuated) {
                 return Err(MethodError::Docking { docking, body });
             }
         }

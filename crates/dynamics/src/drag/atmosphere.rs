@@ -62,38 +62,44 @@ impl Atmosphere {
         let decay = |index: usize| match layers.get(index + 1) {
             Some(&[top, thinner]) => {
                 let [bottom, density] = layers[index];
-                libm::log(density / thinner) / (top - bottom)
+                (libm::log(density) - libm::log(thinner)) / (top - bottom)
             }
             None => scale_height.recip(),
         };
         let each = layers.iter().enumerate();
+        let layers: Vec<_> = each
+            .map(|(index, &[altitude, density])| Layer {
+                bottom: radius + altitude,
+                density,
+                decay: decay(index),
+            })
+            .collect();
+        let finite = |layer: &Layer| layer.bottom.is_finite() && layer.decay.is_finite();
+        if !layers.iter().all(finite) {
+            return Err(DragError::NotFinite);
+        }
         Ok(Self {
             center,
             rotation,
-            layers: each
-                .map(|(index, &[altitude, density])| Layer {
-                    bottom: radius + altitude,
-                    density,
-                    decay: decay(index),
-                })
-                .collect(),
+            layers,
         })
     }
 
     /// The density at a position, inertial frame.
     pub fn density(&self, position: &Vector3<f64>) -> f64 {
-        self.layer_at(position).1
+        let distance = (position - self.center).norm();
+        match self.layer_at(distance) {
+            Some(layer) => layer.density * libm::exp(-layer.decay * (distance - layer.bottom)),
+            None => self.layers[0].density,
+        }
     }
 
-    /// The layer of a position, and the density there.
-    fn layer_at(&self, position: &Vector3<f64>) -> (&Layer, f64) {
-        let distance = (position - self.center).norm();
+    /// The layer at a distance from the center, or `None` below the first.
+    fn layer_at(&self, distance: f64) -> Option<&Layer> {
         let above = self
             .layers
             .partition_point(|layer| layer.bottom <= distance);
-        let layer = &self.layers[above.saturating_sub(1)];
-        let thinner = libm::exp(-layer.decay * (distance - layer.bottom));
-        (layer, layer.density * thinner)
+        self.layers[..above].last()
     }
 
     /// The velocity of the air at a position, inertial frame.
@@ -104,9 +110,11 @@ impl Atmosphere {
     /// The slope and the second derivatives by the position of the logarithm of the density, `−β n` and `−β/r (I − n nᵀ)` with
     /// the reciprocal β of the scale height and the direction n from the center.
     pub(super) fn log_slopes(&self, position: &Vector3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
-        let (Layer { decay, .. }, _) = self.layer_at(position);
         let from = position - self.center;
         let distance = from.norm();
+        let Some(Layer { decay, .. }) = self.layer_at(distance) else {
+            return (Vector3::zeros(), Matrix3::zeros());
+        };
         let up = from / distance;
         let across = Matrix3::identity() - up * up.transpose();
         (-*decay * up, (-*decay / distance) * across)
@@ -136,19 +144,22 @@ impl Atmosphere {
 }
 
 #[cfg(test)]
-mod tests {
+pub(super) mod tests {
     use std::sync::Arc;
 
     use super::*;
     use crate::drag::Drag;
 
-    fn atmosphere(layers: &[[f64; 2]], scale_height: f64) -> Result<Atmosphere, DragError> {
+    pub(in crate::drag) fn atmosphere(
+        layers: &[[f64; 2]],
+        scale_height: f64,
+    ) -> Result<Atmosphere, DragError> {
         let center = Vector3::new(0.5, -0.25, 1.0);
         let rotation = Vector3::new(0.0, 0.1, 0.2);
         Atmosphere::new(center, rotation, 10.0, layers, scale_height)
     }
 
-    pub(in super::super) fn above(altitude: f64) -> Vector3<f64> {
+    pub(in crate::drag) fn above(altitude: f64) -> Vector3<f64> {
         Vector3::new(0.5, -0.25, 1.0) + (10.0 + altitude) * Vector3::new(0.6, 0.0, -0.8)
     }
 
@@ -167,7 +178,9 @@ mod tests {
         let beyond = air.density(&above(7.0));
         assert!((beyond - 0.25 * libm::exp(-1.0)).abs() < 1e-14);
         let below = air.density(&above(-1.0));
-        assert!((below - 4.5).abs() < 1e-13, "{below}");
+        assert_eq!(below, 1.5);
+        let center = air.density(&Vector3::new(0.5, -0.25, 1.0));
+        assert_eq!(center, 1.5);
     }
 
     #[test]
@@ -185,6 +198,7 @@ mod tests {
             refused(&[[0.0, 1.0], [1.0, 0.0]], 1.0),
             DragError::Density { index, density }
         );
+        assert_eq!(refused(&[[0.0, 1.0]], 1e-310), DragError::NotFinite);
         assert!(matches!(
             refused(&[[f64::NAN, 1.0]], 1.0),
             DragError::Altitude { index: 0, .. }

@@ -10,11 +10,13 @@ pub type Blocks = [[Matrix3<f64>; 2]; 2];
 
 /// The drag over a time at a fixed position: what its derivatives have in common.
 ///
-/// With the velocity `w` relative to the air, its size s, `κ = ρ C_D A/(2m)` and `d = 1 + κ s t` it is `γ⁺ = m (S(ω) x + f)`,
+/// With the velocity `w` relative to the air, its size s, `κ = ρ C_D A/(2m)` and `d = 1 + κ s t` it is `γ⁺ = m (S(ω) (x − c) + f)`,
 /// `f = w/d`.
 struct Slowing {
     mass: f64,
     time: f64,
+    /// `S(ω) (x − c)`
+    wind: Vector3<f64>,
     /// `w`
     relative: Vector3<f64>,
     /// `s`
@@ -34,12 +36,14 @@ struct Slowing {
 impl Slowing {
     fn new(drag: &Drag, mass: f64, state: &BodyState, [time, factor]: [f64; 2]) -> Self {
         let atmosphere = &drag.atmosphere;
-        let relative = state.linear_momentum / mass - atmosphere.wind(&state.position);
+        let wind = atmosphere.wind(&state.position);
+        let relative = state.linear_momentum / mass - wind;
         let speed = relative.norm();
         let rate = factor * drag.rate(mass, &state.position);
         Self {
             mass,
             time,
+            wind,
             relative,
             speed,
             direction: if speed > 0.0 {
@@ -58,11 +62,22 @@ impl Slowing {
     fn gradient(&self) -> [Matrix3<f64>; 2] {
         let per = self.slower.recip();
         let braked = self.rate * self.time * per * per;
-        let by_velocity = Matrix3::from_diagonal_element(per)
-            - braked * self.relative * self.direction.transpose();
+        let by_velocity = self.by_velocity();
         let by_position = -braked * self.speed * self.relative * self.log_slopes.0.transpose();
         let moving = self.turning - by_velocity * self.turning + by_position;
         [self.mass * moving, by_velocity]
+    }
+
+    /// `∂f/∂w`
+    fn by_velocity(&self) -> Matrix3<f64> {
+        let per = self.slower.recip();
+        let braked = self.rate * self.time * per * per;
+        Matrix3::from_diagonal_element(per) - braked * self.relative * self.direction.transpose()
+    }
+
+    /// `ω · ∂γ⁺/∂ω`, `m (I − ∂f/∂w) S(ω) (x − c)`.
+    fn by_rotation(&self) -> Vector3<f64> {
+        self.mass * (self.wind - self.by_velocity() * self.wind)
     }
 
     /// `∂γ⁺/∂(ln κ)`, `−m (κ s t/d²) w`.
@@ -135,20 +150,37 @@ impl RigidBody {
 }
 
 impl GlideDerivatives {
+    /// First derivatives of `[x, γ]` between the halves by those at the beginning.
+    fn between(&self) -> Blocks {
+        let by = self.halves[0].gradient();
+        let [by_position, by_momentum] = by;
+        let place = [
+            Matrix3::identity() + self.per_mass * by_position,
+            self.per_mass * by_momentum,
+        ];
+        [place, by]
+    }
+
     /// First derivatives of `[x, γ]` at the end by those at the beginning.
     pub fn gradient(&self) -> Blocks {
-        let [[x1, g1], [x2, g2]] = self.halves.each_ref().map(Slowing::gradient);
-        let [by_position, by_momentum] =
-            [Matrix3::identity() + self.per_mass * x1, self.per_mass * g1];
-        [
-            [by_position, by_momentum],
-            [x2 * by_position + g2 * x1, x2 * by_momentum + g2 * g1],
-        ]
+        let [place, between] = self.between();
+        let [by_position, by_momentum] = self.halves[1].gradient();
+        let later = [0, 1].map(|by| by_position * place[by] + by_momentum * between[by]);
+        [place, later]
     }
 
     /// First derivatives of `[x, γ]` at the end by the logarithm of the density of the air.
     pub fn by_density(&self) -> [Vector3<f64>; 2] {
-        let [first, second] = self.halves.each_ref().map(Slowing::by_density);
+        self.after(self.halves.each_ref().map(Slowing::by_density))
+    }
+
+    /// First derivatives of `[x, γ]` at the end by a factor of the angular velocity of the air.
+    pub fn by_rotation(&self) -> [Vector3<f64>; 2] {
+        self.after(self.halves.each_ref().map(Slowing::by_rotation))
+    }
+
+    /// The changes of `[x, γ]` at the end for changes of the momentum in each half.
+    fn after(&self, [first, second]: [Vector3<f64>; 2]) -> [Vector3<f64>; 2] {
         let [by_position, by_momentum] = self.halves[1].gradient();
         let position = self.per_mass * first;
         [
@@ -160,17 +192,13 @@ impl GlideDerivatives {
     /// Second derivatives of `λ · [x, γ]` at the end by `[x, γ]` at the beginning.
     pub fn curvature(&self, lambda: &[Vector3<f64>; 2]) -> Blocks {
         let [first, second] = &self.halves;
-        let [x1, g1] = first.gradient();
-        let [x2, g2] = second.gradient();
-        let between = [
-            [Matrix3::identity() + self.per_mass * x1, self.per_mass * g1],
-            [x1, g1],
-        ];
+        let between = self.between();
+        let [by_place, by_between] = second.gradient();
         let later = second.curvature(&lambda[1]);
         // The multiplier of the momentum between the halves.
-        let by_position = lambda[0] + x2.tr_mul(&lambda[1]);
-        let by_momentum = self.per_mass * by_position + g2.tr_mul(&lambda[1]);
-        let mut all = first.curvature(&by_momentum);
+        let of_place = lambda[0] + by_place.tr_mul(&lambda[1]);
+        let of_momentum = self.per_mass * of_place + by_between.tr_mul(&lambda[1]);
+        let mut all = first.curvature(&of_momentum);
         for (i, row) in all.iter_mut().enumerate() {
             for (j, block) in row.iter_mut().enumerate() {
                 for (k, later) in later.iter().enumerate() {

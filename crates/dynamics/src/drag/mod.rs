@@ -41,8 +41,8 @@ pub enum DragError {
     /// The scale height is not a positive number.
     #[error("the scale height is {0}, expected a finite number > 0")]
     ScaleHeight(f64),
-    /// The center, the radius or the rotation are not finite.
-    #[error("the atmosphere is not at a place in the range of numbers")]
+    /// The center, the radius, the rotation or a layer is not finite.
+    #[error("the center, the radius, the rotation or a layer of the atmosphere is not finite")]
     NotFinite,
     /// The area is not a positive number.
     #[error("the drag area is {0}, expected a finite number > 0")]
@@ -155,19 +155,10 @@ impl RigidBody {
 
 #[cfg(test)]
 mod tests {
+    use super::atmosphere::tests::{above, atmosphere};
     use super::*;
     use crate::Inertia;
     use nalgebra::Matrix3;
-
-    fn atmosphere(layers: &[[f64; 2]], scale_height: f64) -> Result<Atmosphere, DragError> {
-        let center = Vector3::new(0.5, -0.25, 1.0);
-        let rotation = Vector3::new(0.0, 0.1, 0.2);
-        Atmosphere::new(center, rotation, 10.0, layers, scale_height)
-    }
-
-    fn above(altitude: f64) -> Vector3<f64> {
-        Vector3::new(0.5, -0.25, 1.0) + (10.0 + altitude) * Vector3::new(0.6, 0.0, -0.8)
-    }
 
     /// Against many steps of the classical Runge–Kutta method, forwards and backwards.
     #[test]
@@ -221,5 +212,46 @@ mod tests {
         );
         drag.slow(1.0, &mut state, -10.0, 1.0);
         assert!(!state.is_finite());
+    }
+
+    /// By central differences of glides.
+    #[test]
+    fn glides_change_with_the_density_and_the_wind() {
+        let layers = [[-20.0, 1.5]];
+        let body = |rotation: f64| {
+            let turning = rotation * Vector3::new(0.0, 0.1, 0.2);
+            let air = Atmosphere::new(Vector3::zeros(), turning, 10.0, &layers, 4.0).unwrap();
+            let inertia = Inertia::principal([1.0; 3]).unwrap();
+            let body = RigidBody::new(2.0, inertia, vec![]).unwrap();
+            body.with_drag(Drag::new(Arc::new(air), 0.7).unwrap())
+        };
+        let (place, velocity) = (Vector3::new(3.0, -9.0, 4.0), Vector3::new(1.0, -2.0, 0.5));
+        let (upright, still) = (Matrix3::identity(), Vector3::zeros());
+        let start = BodyState::from_velocities(&body(1.0), place, velocity, upright, still);
+        let end = |rotation: f64, density: f64| {
+            let mut state = start;
+            body(rotation).glide(&mut state, 0.6, density);
+            [state.position, state.linear_momentum]
+        };
+        let step = 1e-5;
+        let derivatives = body(1.0).glide_derivatives(&start, 0.6, 1.0).unwrap();
+        for (found, more, less) in [
+            (
+                derivatives.by_density(),
+                end(1.0, libm::exp(step)),
+                end(1.0, libm::exp(-step)),
+            ),
+            (
+                derivatives.by_rotation(),
+                end(1.0 + step, 1.0),
+                end(1.0 - step, 1.0),
+            ),
+        ] {
+            for ((found, more), less) in found.iter().zip(more).zip(less) {
+                let difference = (more - less) / (2.0 * step);
+                let error = (found - difference).norm();
+                assert!(error < 1e-9 && difference.norm() > 1e-3, "{error:e}");
+            }
+        }
     }
 }

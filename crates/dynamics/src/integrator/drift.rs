@@ -133,7 +133,7 @@ impl<T: BodyRotation> Mover<T> {
             kick_body(body.mobility(), state, load, dt);
         }
         match body.mobility() {
-            Mobility::Free => glide(body, state, self.per_mass, h),
+            Mobility::Free => displace(body, state, self.per_mass, h),
             Mobility::Pivoted => {}
             Mobility::Fixed => return Ok(0),
             Mobility::Driven(drive) => {
@@ -273,9 +273,9 @@ pub(super) fn end(bodies: &[RigidBody], states: &mut [BodyState], kick: Kick) ->
     zero == 0.0
 }
 
-/// Moves the center of mass of a free body.
+/// Moves the center of mass of a free body. Without drag the displacement has the rounding of [`Mover::advance`].
 #[inline]
-fn glide(body: &RigidBody, state: &mut BodyState, per_mass: f64, h: f64) {
+fn displace(body: &RigidBody, state: &mut BodyState, per_mass: f64, h: f64) {
     if body.drag().is_some() {
         body.glide(state, h, 1.0);
     } else {

@@ -243,7 +243,8 @@ pub enum MethodError {
     },
     /// The ports of a docking are not on two different free bodies, or a body has actuators.
     #[error(
-        "docking {docking}: its ports are on two different free bodies, in a system without reaction wheels and thrusters: not so body {body}"
+        "docking {docking}: its ports are on two different free bodies, in a system without reaction wheels and thrusters, in one atmosphere: \
+         not so body {body}"
     )]
     Docking {
         /// Index of the docking, from 0.

@@ -133,8 +133,8 @@ fn field(
         Mobility::Free => {
             let velocity = state.linear_momentum / body.mass();
             let mut force = load.force + control.force;
-            if body.drag().is_some() {
-                force += body.drag_force(state);
+            if let Some(drag) = body.drag() {
+                force += drag.force(&state.position, &velocity);
             }
             derivative[0..3].copy_from_slice(velocity.as_slice());
             derivative[3..6].copy_from_slice(force.as_slice());

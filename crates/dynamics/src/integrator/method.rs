@@ -253,7 +253,24 @@ impl Method {
     /// Returns true if it integrates bodies with [`drag`](crate::drag). A Nyström splitting does not: its coefficients cancel
     /// errors that only forces that do not depend on velocities have.
     pub fn carries_drag(self) -> bool {
-        self.carries_actuators() && !matches!(self, Self::Nystrom { .. })
+        match self {
+            Self::Lgvi(_)
+            | Self::LieEuler(_)
+            | Self::Composition { .. }
+            | Self::ExplicitMidpoint
+            | Self::ImplicitMidpoint
+            | Self::CrouchGrossman
+            | Self::RungeKutta4
+            | Self::Fehlberg78 { .. }
+            | Self::DormandPrince853 { .. } => true,
+            Self::LagrangianLgvi
+            | Self::Nystrom { .. }
+            | Self::WisdomHolman { .. }
+            | Self::ClosedForm
+            | Self::Taylor { .. }
+            | Self::Galerkin { .. }
+            | Self::EulerPoincare { .. } => false,
+        }
     }
 
     /// Creates the integrator for `system`.

@@ -88,8 +88,12 @@ impl Subdivision {
             if body.mobility().is_given() {
                 continue;
             }
-            let change = (after.force - before.force).norm();
-            let force = before.force.norm().max(after.force.norm());
+            let forces = [
+                before.force + body.drag_force(&self.begun[level][index]),
+                after.force + body.drag_force(&states[index]),
+            ];
+            let change = (forces[1] - forces[0]).norm();
+            let force = forces[0].norm().max(forces[1].norm());
             let momentum = states[index].linear_momentum.norm();
             let moment = body.inertia().inverse() * (after.moment - before.moment);
             let excess = [

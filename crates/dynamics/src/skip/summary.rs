@@ -149,7 +149,7 @@ fn bodies(
             Mobility::Fixed => (Translation::Held, Rotation::Held),
             Mobility::Driven(_) => (Translation::Given, Rotation::Given),
             mobility => {
-                let translation = match (mobility, forced) {
+                let translation = match (mobility, forced || body.drag().is_some()) {
                     (Mobility::Pivoted, _) => Translation::Held,
                     (_, true) => Translation::Forced,
                     (_, false) => Translation::Uniform,

@@ -16,10 +16,11 @@ pub(super) enum Momentum {
     Nothing,
 }
 
-/// Whether the total energy is kept: nothing acts on the bodies from outside that depends on time, and none dock.
+/// Whether the total energy is kept: nothing acts on the bodies from outside that depends on time, none dock, and none have drag.
 pub(super) fn energy(flight: &FlightData) -> bool {
     let mut bodies = flight.scene.bodies.iter();
     !flight.is_disturbed()
+        && !flight.scene.has_drag()
         && flight.scene.docking.is_empty()
         && !bodies.any(|named| matches!(named.body.mobility(), Mobility::Driven(_)))
 }
@@ -38,7 +39,7 @@ pub(super) fn momentum(flight: &FlightData) -> Momentum {
         });
     let central = scene.gravity.central.as_ref();
     let aside = central.is_some_and(|central| central.position != Vector3::zeros());
-    if flight.is_disturbed() || held || aside {
+    if flight.is_disturbed() || scene.has_drag() || held || aside {
         return Momentum::Nothing;
     }
     let pole = central.and_then(|central| Some(central.oblateness?.pole));

@@ -39,7 +39,7 @@ const AIR: Air = Air {
     scale_height: 1.5,
 };
 
-fn drag() -> Drag {
+pub(crate) fn drag() -> Drag {
     let Air {
         center,
         rotation,
@@ -437,6 +437,16 @@ fn rock() -> RigidBody {
     RigidBody::with_polyhedron(None, &shape.recentered(), 2).unwrap()
 }
 
+/// [`scenes`], every second one in air.
+pub(crate) fn scenes_in_air(rng: &mut fastrand::Rng) -> Vec<Scene> {
+    let mut all = scenes(rng);
+    for scene in all.iter_mut().skip(1).step_by(2) {
+        scene.body = scene.body.clone().with_drag(drag());
+        scene.name.push_str(", in air");
+    }
+    all
+}
+
 /// Every kind of source with every kind of body.
 pub(crate) fn scenes(rng: &mut fastrand::Rng) -> Vec<Scene> {
     let mut all = Vec::new();
@@ -512,11 +522,7 @@ pub(crate) fn scenes(rng: &mut fastrand::Rng) -> Vec<Scene> {
                 name: format!("body {index} in {name}"),
                 attraction,
                 cloud: cloud.clone(),
-                // Drag beside three kinds of gravity.
-                body: match name {
-                    "uniform" | "fourth order" | "several" => body.clone().with_drag(drag()),
-                    _ => body.clone(),
-                },
+                body: body.clone(),
                 state: BodyState {
                     position: Vector3::new(1.7, 0.8, 0.9) + vector(rng, 0.3),
                     linear_momentum: vector(rng, 1.0),

@@ -5,6 +5,7 @@ use lgvi_dynamics::{Inertia, PointMass, RigidBody};
 use nalgebra::{Matrix3, Vector3};
 
 use super::*;
+use crate::discrete::tests::model::drag;
 use crate::{Actuation, Certificate};
 
 const N: usize = 12;
@@ -112,17 +113,23 @@ fn the_derivative_of_the_lagrangian_is_that_of_differences() {
     let column = |i: usize| (wave::<6>(200 + i).into(), 1.0 + i as f64);
     let columns: Vec<_> = (0..8).map(column).collect();
     let thrusters = Actuation::actuators(&columns).unwrap().fixed_to_body();
-    for (motion, commanded, planned, actuation) in [
-        (Motion::Full, 0..6, 0..12, None),
-        (Motion::Full, 0..8, 0..12, Some(&thrusters)),
-        (Motion::Translation, 0..3, 0..6, None),
-        (Motion::Rotation, 3..6, 6..12, None),
+    for (motion, commanded, planned, actuation, in_air) in [
+        (Motion::Full, 0..6, 0..12, None, false),
+        (Motion::Full, 0..6, 0..12, None, true),
+        (Motion::Full, 0..8, 0..12, Some(&thrusters), false),
+        (Motion::Translation, 0..3, 0..6, None, false),
+        (Motion::Translation, 0..3, 0..6, None, true),
+        (Motion::Rotation, 3..6, 6..12, None, false),
+        (Motion::Rotation, 3..6, 6..12, None, true),
     ] {
         for dynamics in [Dynamics::LieEuler, Dynamics::Lgvi] {
             let at = |h: f64| {
                 let mut transfer = transfer(h, motion, dynamics);
                 if let Some(actuation) = actuation {
                     transfer.actuation.clone_from(actuation);
+                }
+                if in_air {
+                    transfer.body = transfer.body.with_drag(drag());
                 }
                 transfer
             };

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::super::StepError;
 use super::super::rotor::BodyRotation;
 use super::super::warm_start::Solutions;
-use super::{Drift, Impulse, Kick, Mover, Movers, glide, kick_body, on};
+use super::{Drift, Impulse, Kick, Mover, Movers, displace, kick_body, on};
 use crate::rotation::Unsolvable;
 use crate::{BodyState, Mobility, RigidBody};
 
@@ -34,7 +34,7 @@ impl<T: BodyRotation> Mover<T> {
             kick_body(body.mobility(), next, load, dt);
         }
         if let Mobility::Free = body.mobility() {
-            glide(body, next, self.per_mass, h);
+            displace(body, next, self.per_mass, h);
         }
         let (r, p) = (state.attitude, next.angular_momentum);
         if turning == 0.0 || p == Vector3::zeros() {

@@ -263,7 +263,7 @@ impl Scene {
     ///     A plan, `lgvi.Controls`, a list of them, or a controller: a function `controller(t_s, state)` that is called once
     ///     a period and returns the wrench until the next call. A wrench is an array of shape (bodies, 6), force (N, inertial
     ///     frame) then moment (N m, body frame), of shape (6,) for a single body, a dict from names to six numbers, or None.
-    ///     Without controls nothing but gravity acts: a maneuver is not flown by itself.
+    ///     Without controls nothing but gravity and the scene's drag acts: a maneuver is not flown by itself.
     /// progress : callable, optional
     ///     Called with the completed fraction some times a second. An exception in it ends the flight.
     /// period_s : float, optional
@@ -271,8 +271,9 @@ impl Scene {
     /// force : callable, optional
     ///     A function `force(state)` of positions and attitudes that returns a wrench as a controller does. It is evaluated
     ///     wherever the integrator evaluates gravity, so that the order of the integrator holds. In splittings such as LGVI,
-    ///     velocities and rates in `state` may be those of another time within the step: a force that depends on them, such as
-    ///     drag, is of first order there, and of the order of the method with Runge–Kutta methods. Not for `closed_form` and
+    ///     velocities and rates in `state` may be those of another time within the step: a force that depends on them is of
+    ///     first order there, and of the order of the method with Runge–Kutta methods; `drag` of a body in the scene has the order
+    ///     of the method. Not for `closed_form` and
     ///     `taylor`. Slow: each evaluation calls Python, which takes some 10 µs, and a step has up to 30 of them.
     ///
     /// Raises

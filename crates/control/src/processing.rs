@@ -5,6 +5,9 @@
 //! acts in the middle of its interval. A plan between the boundary states half a drift early becomes, half a drift
 //! later, a second-order plan between the true boundary states.
 //!
+//! With drag a drift is not a flow, so that this holds but for a part of third order in each step. The method remains of second
+//! order.
+//!
 //! The controls do not change. They can be flown from the true initial state, each constant over its interval, by an
 //! accurate integrator or by the LGVI. They then miss the target by `O(h²)`, while those of a plain Lie–Euler plan miss
 //! it by `O(h)`. The cost differs from that of the continuous problem by `O(h²)`.

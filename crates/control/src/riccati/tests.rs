@@ -58,9 +58,8 @@ fn blocks(rng: &mut Rng, size: f64, symmetric: bool) -> Blocks {
     blocks
 }
 
-/// A random step of either scheme, with its curvature: of center of mass, with drag or without, and attitude, of one of them, or of the attitude and
-/// a momentum that the body stores. With more than six
-/// commands, forces turn with the body.
+/// A random step of either scheme, with its curvature: of center of mass, with drag or without, and attitude, of one of them, or
+/// of the attitude and a momentum that the body stores. With more than six commands, forces turn with the body.
 fn step<const X: usize, const U: usize>(
     rng: &mut Rng,
     two_kicks: bool,

@@ -1,5 +1,7 @@
 //! Plans whose commands are the torques of reaction wheels.
 
+use std::sync::Arc;
+
 use fastrand::Rng;
 use lgvi_control::constraint::{AngularRate, CommandLimit, LineOfSight};
 use lgvi_control::{
@@ -7,6 +9,7 @@ use lgvi_control::{
     Place, Plan, PlanError, SearchSettings, Start, Terminal, TimeRange, Transfer, TransferError,
     miss, search, search_minimum_time, solve, solve_final_time, solve_minimum_time,
 };
+use lgvi_dynamics::drag::{Atmosphere, Drag};
 use lgvi_dynamics::gravity::{Central, Uniform};
 use lgvi_dynamics::integrator::Rotor;
 use lgvi_dynamics::wheels::{ReactionWheel, Wheels};
@@ -209,6 +212,30 @@ fn pair() -> Vec<PointMass> {
     };
     let along = Vector3::new(0.3, 0.1, 0.0);
     vec![point(along), point(-along)]
+}
+
+/// Drag slows the body down on its orbit, along which the gravity gradient turns it.
+#[test]
+fn a_body_in_air_is_turned_by_its_wheels() {
+    let air = Atmosphere::new(
+        Vector3::zeros(),
+        Vector3::new(0.0, 0.1, 0.2),
+        0.9,
+        &[[0.0, 0.6]],
+        0.2,
+    );
+    let drag = Drag::new(Arc::new(air.expect("an atmosphere")), 0.5).expect("drag");
+    let body = body(INERTIA, pair(), &orthogonal()).with_drag(drag);
+    let target = still(exp(&Vector3::new(0.4, -0.7, 0.5)));
+    let transfer = transfer(body.clone(), 50, still(Matrix3::identity()), target);
+    let plan = planned(&transfer).expect("a plan");
+    assert_flown(&body, &transfer, &plan);
+    let [start, end] = [0, 50].map(|k| &plan.states[k]);
+    let energy = |state: &BodyState| {
+        0.5 * state.linear_momentum.norm_squared() - 1.0 / state.position.norm()
+    };
+    let lost = energy(start) - energy(end);
+    assert!(lost > 0.1, "{lost}");
 }
 
 /// Points of mass feel a gravity gradient, and turned elsewhere they are pulled elsewhere.

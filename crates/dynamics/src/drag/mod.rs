@@ -112,8 +112,8 @@ impl Drag {
     }
 
     /// Slows a body of this mass down for a time, which may be negative, at a fixed position, in air of `factor` times the
-    /// density. The velocity relative to the air
-    /// becomes `v/(1 + κ |v| t)` with `κ = ρ C_D A/(2m)`, the exact solution of `v̇ = −κ |v| v`.
+    /// density. The velocity relative to the air becomes `v/(1 + κ |v| t)` with `κ = ρ C_D A/(2m)`, the exact solution of
+    /// `v̇ = −κ |v| v`.
     ///
     /// Backwards in time the speed diverges after `1/(κ |v|)`. From then on the momentum is not a number.
     fn slow(&self, mass: f64, state: &mut BodyState, time: f64, factor: f64) {

@@ -85,7 +85,7 @@ impl Case {
     }
 }
 
-/// The reference itself is known to 1e-6 m. Without drag the end is 250 km away.
+/// The reference itself is known to 1e-6 m. Without drag the end is 69 km away.
 #[test]
 fn a_circular_orbit_decays_with_the_order_of_the_method() {
     let case = Case::load("circular");

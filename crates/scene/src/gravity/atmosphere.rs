@@ -18,7 +18,7 @@ pub(super) struct AtmosphereFile {
     /// A body of the solar system, whose atmosphere gives the defaults of the other keys.
     body: Option<AtmosphereBody>,
     /// Altitudes, ascending, and the densities there: [[altitude, density], ...]. Between them the logarithm of the density is
-    /// linear.
+    /// linear, and below the first it goes on as above it.
     density: Option<Vec<[f64; 2]>>,
     /// Scale height above the last altitude.
     scale_height: Option<f64>,

@@ -7,8 +7,9 @@
 //!
 //! because a constant `f` in turning axes makes `Δ = ∫ R₀ exp(tθ/T) f dt = T R₀ J_l(θ) f`. `Δ` is the increment of the
 //! velocity of the point of its mount, less that of gravity at the center of mass `C`. On a body that is free, nothing but
-//! loads `F`, drag `D` and thrusters, which change its velocity by `Σ δ`, moves `C` beside gravity, so `Δ = Δ(v − v_C) +
-//! Σ (F h/m + ½ (D₀ + D₁) h/m + δ)`, and gravity itself is not needed. Bodies that have docked have one center of mass. On a body that is held or driven, `Δ = Δv − ½ (g₀ + g₁) T`.
+//! loads `F`, drag `D` and thrusters, which change its velocity by `Σ δ`, moves `C` beside gravity, so
+//! `Δ = Δ(v − v_C) + Σ (F h/m + ½ (D₀ + D₁) h/m + δ)`, and gravity itself is not needed. Bodies that have docked have one center
+//! of mass; their drags are those at their own places. On a body that is held or driven, `Δ = Δv − ½ (g₀ + g₁) T`.
 
 use lgvi_dynamics::docking::Docked;
 use lgvi_dynamics::{BodyState, Load, Mobility, RigidBody, System};

@@ -17,7 +17,7 @@ use lgvi_dynamics::{BodyState, RigidBody};
 use nalgebra::{SMatrix, SVector};
 use thiserror::Error;
 
-use crate::discrete::{Coordinates, Drift, Full, Glide, Inputs, Linearization};
+use crate::discrete::{Coordinates, Drift, Full, Inputs, Linearization, glide_gradient};
 use crate::problem::Dynamics;
 use crate::{Plan, Transfer, TransferError};
 
@@ -114,7 +114,7 @@ fn drifted(
         .drift(0, body, [h, 1.0], &mut drifted)
         .map_err(|source| ProcessingError::Unsolvable { which, source })?;
     let drift = Linearization {
-        glide: Some(Glide::of(body, [h, 1.0], state)),
+        slowed: Some(Box::new(glide_gradient(body, h, state))),
         turn: turn.map(|turn| turn.gradient(body)),
         ..Linearization::default()
     };

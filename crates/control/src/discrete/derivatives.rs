@@ -44,7 +44,13 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         into.before = self
             .before
             .map(|tau| self.kick_gradient(tau, &drifted.begun, controls));
-        into.glide = self.glide(k, &drifted.begun);
+        into.glide = self.glide();
+        if self.slows {
+            let slowing = self.slowing(k, &drifted.begun);
+            into.slowed = slowing.map(|slowing| Box::new(slowing.gradient()));
+        } else if into.slowed.is_some() {
+            into.slowed = None;
+        }
         into.turn = drifted.turn.as_ref().map(|turn| turn.gradient(self.body()));
         if C::STORES {
             let both = drifted.turn.as_ref().zip(into.turn.as_ref());
@@ -121,10 +127,14 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         } else {
             into.after_commands = None;
         }
-        into.glide = self.slowing(k, &drifted.begun).map(|glide| {
+        if self.slows {
             let part = |at: usize| after.fixed_rows::<3>(at).into_owned();
-            Box::new(glide.curvature(&[part(pose(0)), part(momentum(0))]))
-        });
+            let lambda = [part(pose(0)), part(momentum(0))];
+            let slowing = self.slowing(k, &drifted.begun);
+            into.slowed = slowing.map(|slowing| Box::new(slowing.curvature(&lambda)));
+        } else if into.slowed.is_some() {
+            into.slowed = None;
+        }
         into.turn = drifted
             .turn
             .as_ref()

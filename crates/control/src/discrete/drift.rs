@@ -5,31 +5,21 @@
 use lgvi_dynamics::rotation::{self, RelativeRotation, Unsolvable};
 use lgvi_dynamics::{BodyState, RigidBody};
 use lgvi_lie::{compose, hat, rotate_back};
-use nalgebra::{Matrix3, Matrix6, Vector3};
+use nalgebra::{Matrix3, Vector3};
 
-use super::linear::{Glide, Turn, TurnCurvature};
+use super::linear::{Blocks, Turn, TurnCurvature};
 use super::stored::{StoredCurvature, StoredTurn};
 use crate::shooting::inverse;
 
-impl Glide {
-    /// The drift of a body's center of mass over h from the state `begun`, through air of a factor times its density.
-    #[inline]
-    pub(crate) fn of(body: &RigidBody, [h, density]: [f64; 2], begun: &BodyState) -> Self {
-        match body.glide_derivatives(begun, h, density) {
-            None => Self::Straight(h / body.mass()),
-            Some(slowed) => Self::Slowed(Box::new(slowed.gradient())),
-        }
-    }
-
-    /// The derivatives of `[x, γ]` by `[x, γ]`.
-    pub(crate) fn matrix(&self) -> Matrix6<f64> {
+/// The derivatives of `[x, γ]` at the end of a drift over h from the state `begun` by those at its beginning.
+pub(crate) fn glide_gradient(body: &RigidBody, h: f64, begun: &BodyState) -> Blocks {
+    let straight = || {
         let unit = Matrix3::identity();
-        let blocks = match self {
-            Self::Straight(by_momentum) => &[[unit, *by_momentum * unit], [Matrix3::zeros(), unit]],
-            Self::Slowed(blocks) => &**blocks,
-        };
-        Matrix6::from_fn(|row, column| blocks[row / 3][column / 3][(row % 3, column % 3)])
-    }
+        let none = Matrix3::zeros();
+        [[unit, unit * (h / body.mass())], [none, unit]]
+    };
+    let slowed = body.glide_derivatives(begun, h, 1.0);
+    slowed.map_or_else(straight, |slowed| slowed.gradient())
 }
 
 /// The rotation of a drift with its derivatives, by the variations at its beginning.

@@ -16,8 +16,7 @@ use nalgebra::{Matrix3, SMatrix, SVector, Vector3};
 use super::DiscreteDynamics;
 use super::coordinates::{Coordinates, Full, Variations};
 use super::linear::{
-    Blocks, CommandRows, Curvature, Exchange, Glide, Inputs, KickInputs, Linearization,
-    command_rows,
+    Blocks, CommandRows, Curvature, Exchange, Inputs, KickInputs, Linearization, command_rows,
 };
 use crate::Transfer;
 use crate::problem::{ByStep, Dynamics, Off};
@@ -36,6 +35,8 @@ pub(crate) struct KickDriftKick<'t, C, const N: usize, const U: usize> {
     pub(super) turns: bool,
     /// Loads beside those of the commands, where forces turn with the body.
     known: Option<Arc<ByStep>>,
+    /// True if the center of mass is planned and the body has drag.
+    pub(super) slows: bool,
     /// What changes from step to step with the mass, if the body has drag.
     densities: Option<Arc<ByStep>>,
     /// True if the effects of the commands differ from step to step.
@@ -85,6 +86,7 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
             after,
             turns,
             known: by_step.clone().filter(|_| N == 2),
+            slows: C::GLIDES && transfer.body.drag().is_some(),
             densities: by_step.filter(|_| transfer.body.drag().is_some()),
             own_inputs: turns || !off.is_empty(),
             off,
@@ -177,21 +179,21 @@ impl<'t, C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'t, C,
         self.densities.as_ref().map_or(1.0, |all| all.limits[k])
     }
 
-    /// The drift of the center of mass of step `k` from the state `begun`, if it is planned.
+    /// `h/m`, if the center of mass is planned and the body has no drag.
     #[inline]
-    pub(super) fn glide(&self, k: usize, begun: &BodyState) -> Option<Glide> {
+    pub(super) fn glide(&self) -> Option<f64> {
         let Transfer { body, h, .. } = self.transfer;
-        C::GLIDES.then(|| Glide::of(body, [*h, self.density(k)], begun))
+        (C::GLIDES && !self.slows).then(|| h / body.mass())
     }
 
-    /// The same with second derivatives, if the body has drag.
-    #[inline]
+    /// The derivatives of the drift of the center of mass of step `k` from the state `begun`, if it is planned and the body has
+    /// drag.
+    #[cold]
+    #[inline(never)]
     pub(super) fn slowing(&self, k: usize, begun: &BodyState) -> Option<GlideDerivatives> {
         let Transfer { body, h, .. } = self.transfer;
-        if !C::GLIDES {
-            return None;
-        }
-        body.glide_derivatives(begun, *h, self.density(k))
+        let slowing = || body.glide_derivatives(begun, *h, self.density(k));
+        self.slows.then(slowing).flatten()
     }
 
     /// `τ G`: first derivatives of a kick at `state` by poses. A force that turns with the body, `R f`, has `−R S(f)` by

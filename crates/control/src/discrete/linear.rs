@@ -151,15 +151,6 @@ pub(crate) struct OwnInputs {
     pub(crate) off: Off,
 }
 
-/// First derivatives of the drift of a center of mass.
-#[derive(Clone, Debug)]
-pub(crate) enum Glide {
-    /// Without drag: `P_m = (h/m) I` is this multiple of the identity, and `P_p = M_m = I`.
-    Straight(f64),
-    /// With drag: pose and momentum by pose and momentum.
-    Slowed(Box<Blocks>),
-}
-
 /// First derivatives of the rotation of a drift.
 #[derive(Clone, Debug)]
 pub(crate) struct Turn {
@@ -176,8 +167,10 @@ pub(crate) struct Turn {
 pub(crate) struct Linearization {
     /// `T` of the kick before the drift, if there is one.
     pub(crate) before: Option<Blocks>,
-    /// The drift of the first group, if it is the center of mass.
-    pub(crate) glide: Option<Glide>,
+    /// `P_m = (h/m) I` of the first group, if it is the center of mass of a body without drag. It has `P_p = M_m = I`.
+    pub(crate) glide: Option<f64>,
+    /// The drift of the first group by its pose and momentum, if it is the center of mass of a body with drag.
+    pub(crate) slowed: Option<Box<Blocks>>,
     /// The drift of the last group, if it is the attitude.
     pub(crate) turn: Option<Turn>,
     /// What the momentum of the first group does in this drift, if it is stored in the body. The group then does not glide.
@@ -254,18 +247,14 @@ impl Linearization {
         if let (Some(t), Some(inputs)) = (&self.before, &inputs.before) {
             kick(&mut z, t, inputs);
         }
-        match &self.glide {
-            None => {}
-            Some(Glide::Straight(by_momentum)) => {
-                let moved = *by_momentum * part(&z, momentum(0));
-                add(&mut z, pose(0), &moved);
-            }
-            Some(Glide::Slowed(by)) => {
-                let from = [part(&z, pose(0)), part(&z, momentum(0))];
-                for (at, by) in [pose(0), momentum(0)].into_iter().zip(&**by) {
-                    let moved = by[0] * from[0] + by[1] * from[1];
-                    z.fixed_rows_mut::<3>(at).copy_from(&moved);
-                }
+        if let Some(by_momentum) = self.glide {
+            let moved = by_momentum * part(&z, momentum(0));
+            add(&mut z, pose(0), &moved);
+        } else if let Some(by) = &self.slowed {
+            let from = [part(&z, pose(0)), part(&z, momentum(0))];
+            for (at, by) in [pose(0), momentum(0)].into_iter().zip(&**by) {
+                let moved = by[0] * from[0] + by[1] * from[1];
+                z.fixed_rows_mut::<3>(at).copy_from(&moved);
             }
         }
         if let Some(turn) = &self.turn {
@@ -331,18 +320,14 @@ impl Linearization {
         lambda: &mut SVector<f64, X>,
         stored: Option<&StoredTurn>,
     ) {
-        match &self.glide {
-            None => {}
-            Some(Glide::Straight(by_momentum)) => {
-                let moved = *by_momentum * part(lambda, pose(0));
-                add(lambda, momentum(0), &moved);
-            }
-            Some(Glide::Slowed(by)) => {
-                let from = [part(lambda, pose(0)), part(lambda, momentum(0))];
-                for (column, at) in [pose(0), momentum(0)].into_iter().enumerate() {
-                    let moved = by[0][column].tr_mul(&from[0]) + by[1][column].tr_mul(&from[1]);
-                    lambda.fixed_rows_mut::<3>(at).copy_from(&moved);
-                }
+        if let Some(by_momentum) = self.glide {
+            let moved = by_momentum * part(lambda, pose(0));
+            add(lambda, momentum(0), &moved);
+        } else if let Some(by) = &self.slowed {
+            let from = [part(lambda, pose(0)), part(lambda, momentum(0))];
+            for (column, at) in [pose(0), momentum(0)].into_iter().enumerate() {
+                let moved = by[0][column].tr_mul(&from[0]) + by[1][column].tr_mul(&from[1]);
+                lambda.fixed_rows_mut::<3>(at).copy_from(&moved);
             }
         }
         if let Some(turn) = &self.turn {
@@ -413,7 +398,7 @@ pub(crate) struct Curvature {
     /// Of the kick before the drift, by poses.
     pub(crate) before: Option<Blocks>,
     /// Of the drift of the center of mass with drag, by its pose and momentum.
-    pub(crate) glide: Option<Box<Blocks>>,
+    pub(crate) slowed: Option<Box<Blocks>>,
     /// Of the rotation.
     pub(crate) turn: Option<TurnCurvature>,
     /// Of the rotation, by the momentum of the first group, if that is stored in the body.

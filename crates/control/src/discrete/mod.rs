@@ -23,10 +23,10 @@ pub(crate) use self::{
     commands::DecoupledCommands,
     coordinates::{Coordinates, Full},
     decoupled::{DecouplingError, RotationOnly, TranslationOnly},
-    drift::Drift,
+    drift::{Drift, glide_gradient},
     gyrostat::{Gyrostat, balance},
     kick_drift_kick::KickDriftKick,
-    linear::{Curvature, Glide, Inputs, Linearization},
+    linear::{Curvature, Inputs, Linearization},
     stored::SPINNING,
     within::Within,
 };

@@ -4,7 +4,7 @@ use fearless_simd::prelude::*;
 use fearless_simd::{Simd, f64x4};
 
 use crate::discrete::Linearization;
-use crate::discrete::linear::{Blocks, Glide, groups, momentum, pose};
+use crate::discrete::linear::{Blocks, groups, momentum, pose};
 use crate::discrete::stored::StoredTurn;
 
 /// The rows of a column, four in each of the `V` elements. Rows beyond the last one are zero.
@@ -175,15 +175,11 @@ pub(super) fn before_drift<S: Simd, const V: usize, const X: usize>(
     columns: &mut [Column<S, V>; X],
     step: &Linearization,
 ) {
-    match &step.glide {
-        None => {}
-        Some(Glide::Straight(by_momentum)) => {
-            for c in 0..3 {
-                let part = columns[pose(0) + c];
-                add(&mut columns[momentum(0) + c], *by_momentum, &part);
-            }
+    if let Some(by_momentum) = step.glide {
+        for c in 0..3 {
+            let part = columns[pose(0) + c];
+            add(&mut columns[momentum(0) + c], by_momentum, &part);
         }
-        Some(Glide::Slowed(by)) => before_slowing(simd, columns, by),
     }
     if let Some(turn) = &step.turn {
         let last = groups(X) - 1;
@@ -209,7 +205,7 @@ pub(super) fn before_drift<S: Simd, const V: usize, const X: usize>(
 
 /// `M G`, where G are the first derivatives of the drift of a center of mass with drag.
 #[inline(always)]
-fn before_slowing<S: Simd, const V: usize, const X: usize>(
+pub(super) fn before_slowing<S: Simd, const V: usize, const X: usize>(
     simd: S,
     columns: &mut [Column<S, V>; X],
     by: &Blocks,

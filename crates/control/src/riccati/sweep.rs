@@ -9,8 +9,8 @@
 use fearless_simd::{Simd, dispatch};
 
 use super::columns::{
-    Column, add, before_drift, before_kick, before_stored, entry, load, load_all, plus, scaled,
-    store, take, transposed, zero,
+    Column, add, before_drift, before_kick, before_slowing, before_stored, entry, load, load_all,
+    plus, scaled, store, take, transposed, zero,
 };
 use super::{CostToGo, NotConvex, Policy, Square, StageModel, factorize, not_convex};
 use crate::discrete::linear::{
@@ -96,8 +96,8 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         sweep.pass_kick(&step.after, curvature.after.as_ref());
         sweep.cross(curvature.after_commands.as_ref());
         sweep.pass_drift(step, curvature.turn.as_ref());
-        if let Some(slowing) = &curvature.glide {
-            sweep.add_slowing(slowing);
+        if let Some(by) = &step.slowed {
+            sweep.pass_slowing(by, curvature.slowed.as_deref());
         }
         if step.stored::<X, U>().is_some() {
             sweep.add_stored(curvature.stored.as_deref());
@@ -285,9 +285,17 @@ impl<S: Simd, const X: usize, const U: usize, const V: usize, const W: usize, co
         }
     }
 
-    /// Adds the second derivatives of the drift of a center of mass with drag, at its start.
+    /// Goes from the end of the drift of a center of mass with drag to its start.
     #[inline(always)]
-    fn add_slowing(&mut self, curvature: &Blocks) {
+    fn pass_slowing(&mut self, by: &Blocks, curvature: Option<&Blocks>) {
+        before_slowing(self.simd, &mut self.border, by);
+        before_slowing(self.simd, &mut self.mixed, by);
+        before_slowing(self.simd, &mut self.hessian, by);
+        self.hessian = transposed(self.simd, &self.hessian);
+        before_slowing(self.simd, &mut self.hessian, by);
+        let Some(curvature) = curvature else {
+            return;
+        };
         let places = [pose(0), momentum(0)];
         for (j, to) in places.into_iter().enumerate() {
             for c in 0..3 {

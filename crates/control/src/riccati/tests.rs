@@ -5,9 +5,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::*;
 use crate::discrete::linear::OwnInputs;
-use crate::discrete::linear::{
-    Blocks, Exchange, Glide, KickInputs, Turn, TurnCurvature, command_rows,
-};
+use crate::discrete::linear::{Blocks, Exchange, KickInputs, Turn, TurnCurvature, command_rows};
 use crate::discrete::stored::{SPINNING, StoredCurvature, StoredTurn};
 use crate::discrete::tests::composed::Composed;
 use crate::problem::Off;
@@ -73,10 +71,8 @@ fn step<const X: usize, const U: usize>(
     let by_itself = |[[a, b], [c, d]]: Blocks| [[unit + a, b], [c, unit + d]];
     let linear = Linearization {
         before: two_kicks.then(|| blocks(rng, 0.3, false)),
-        glide: glides.then_some(match slows {
-            true => Glide::Slowed(Box::new(by_itself(blocks(rng, 0.3, false)))),
-            false => Glide::Straight(0.3),
-        }),
+        glide: (glides && !slows).then_some(0.3),
+        slowed: slows.then(|| Box::new(by_itself(blocks(rng, 0.3, false)))),
         turn: turns.then(|| Turn {
             pose: unit + random::<3, 3>(rng, 0.3),
             pose_by_momentum: random(rng, 0.3),
@@ -97,7 +93,7 @@ fn step<const X: usize, const U: usize>(
     let cross = |rng: &mut Rng| (U > 6).then(|| command_rows(&random::<3, U>(rng, 0.1)));
     let curvature = Curvature {
         before: two_kicks.then(|| blocks(rng, 0.1, true)),
-        glide: slows.then(|| Box::new(blocks(rng, 0.1, true))),
+        slowed: slows.then(|| Box::new(blocks(rng, 0.1, true))),
         turn: turns.then(|| TurnCurvature {
             pose_momentum: random(rng, 0.1),
             momentum_momentum: symmetric(random(rng, 0.1)),
@@ -337,7 +333,7 @@ fn long_arcs_lose_nothing() {
                 ..StageModel::zeros()
             },
             step: Linearization {
-                glide: Some(Glide::Straight(h)),
+                glide: Some(h),
                 ..Linearization::default()
             },
             inputs: Inputs {

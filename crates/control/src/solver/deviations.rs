@@ -5,11 +5,11 @@
 
 use lgvi_dynamics::gravity::LoadGradient;
 use lgvi_dynamics::{BodyState, RigidBody};
-use nalgebra::{Dyn, OMatrix, SMatrix, SVector, U3, U6};
+use nalgebra::{Dyn, Matrix6, OMatrix, SMatrix, SVector, U3, U6};
 
 use super::error::PlanError;
 use crate::discrete::{
-    DecouplingError, DiscreteDynamics, Glide, Inputs, KickDriftKick, Linearization,
+    DecouplingError, DiscreteDynamics, Inputs, KickDriftKick, Linearization, glide_gradient,
 };
 use crate::problem::{Deviations, OF_BODY, OF_STATE, Uncertainty, Vector12, stacked};
 use crate::{Actuation, Command, MAX_COMMANDS, Plan, Transfer, wheels};
@@ -113,7 +113,9 @@ fn by_wheels(
         let impulse = kick(&mut orbit, &turn, &begin);
         let mut begun = ends[0];
         begun.linear_momentum += tau * field.load(body, &begun.position, &begun.attitude).force;
-        orbit = Glide::of(body, [*h, 1.0], &begun).matrix() * orbit;
+        let by = glide_gradient(body, *h, &begun);
+        let by = Matrix6::from_fn(|row, column| by[row / 3][column / 3][(row % 3, column % 3)]);
+        orbit = by * orbit;
         closed.step(k, &entered.states[k], Some(&impulse), &mut turn)?;
         closed.deviate(k, &entered.states[k], body, &others, &mut turn)?;
         let impulse = kick(&mut orbit, &turn, &end);

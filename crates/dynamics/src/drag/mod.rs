@@ -142,14 +142,15 @@ impl RigidBody {
     /// `factor` times its density.
     #[inline]
     pub fn glide(&self, state: &mut BodyState, time: f64, factor: f64) {
-        let half = |state: &mut BodyState| {
-            if let Some(drag) = self.drag() {
+        let per_mass = time / self.mass;
+        match self.drag() {
+            None => state.position += per_mass * state.linear_momentum,
+            Some(drag) => {
+                drag.slow(self.mass, state, 0.5 * time, factor);
+                state.position += per_mass * state.linear_momentum;
                 drag.slow(self.mass, state, 0.5 * time, factor);
             }
-        };
-        half(state);
-        state.position += (time / self.mass) * state.linear_momentum;
-        half(state);
+        }
     }
 }
 

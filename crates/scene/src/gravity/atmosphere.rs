@@ -75,7 +75,7 @@ const EARTH: [[f64; 2]; 28] = [
 const EARTH_SCALE_HEIGHT: f64 = 268.0;
 
 /// The duration of a turn of the Earth about its axis, relative to the stars (s).
-const EARTH_DAY: f64 = 86_164.0989;
+const EARTH_DAY: f64 = 86_164.098_9;
 
 /// Creates the atmosphere of an attractor at `center` with this pole and radius.
 pub(super) fn parse(

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, Matrix3, SMatrix};
 
 use crate::discrete::linear::{Blocks, CommandRows, KickInputs, groups, momentum, pose};
-use crate::discrete::{Curvature, Glide, Inputs, Linearization};
+use crate::discrete::{Curvature, Inputs, Linearization};
 
 /// First derivatives `A`, `B` of a step, and second derivatives of the product of multipliers and the step.
 #[derive(Clone, Debug)]
@@ -71,18 +71,15 @@ impl<const X: usize, const U: usize> Composed<X, U> {
         let last = groups(X) - 1;
         let mut drift = DMatrix::identity(X + U, X + U);
         let places = [pose(0), momentum(0)];
-        match &first.glide {
-            None => {}
-            Some(Glide::Straight(by_momentum)) => {
-                let block = Matrix3::from_diagonal_element(*by_momentum);
-                add(&mut drift, pose(0), momentum(0), &block);
-            }
-            Some(Glide::Slowed(by)) => {
-                drift.view_mut((0, 0), (6, 6)).fill(0.0);
-                for (row, by) in places.into_iter().zip(&**by) {
-                    for (column, by) in places.into_iter().zip(by) {
-                        add(&mut drift, row, column, by);
-                    }
+        if let Some(by_momentum) = first.glide {
+            let block = Matrix3::from_diagonal_element(by_momentum);
+            add(&mut drift, pose(0), momentum(0), &block);
+        }
+        if let Some(by) = &first.slowed {
+            drift.view_mut((0, 0), (6, 6)).fill(0.0);
+            for (row, by) in places.into_iter().zip(&**by) {
+                for (column, by) in places.into_iter().zip(by) {
+                    add(&mut drift, row, column, by);
                 }
             }
         }
@@ -108,7 +105,7 @@ impl<const X: usize, const U: usize> Composed<X, U> {
         hessian = drift.transpose() * hessian * &drift;
         for (row, by) in places
             .into_iter()
-            .zip(second.glide.iter().flat_map(|by| &**by))
+            .zip(second.slowed.iter().flat_map(|by| &**by))
         {
             for (column, by) in places.into_iter().zip(by) {
                 add(&mut hessian, row, column, by);

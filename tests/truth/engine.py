@@ -35,6 +35,10 @@ MARS = {
 
 WEIGHTS = [1.0, 25.0, 4.0]
 
+# At least energy the force is at its limit at both ends and below it in between.
+BETWEEN = {"name": "between the limits in the middle", "gm": 0.2, "mass": 2.0, "N": 60, "T": 3.0, "limit": 1.2, "exhaust_velocity": 1.5,
+           "start": [[3.0, 0.0, 0.0], [0.0, 0.0, 0.0]], "end": [[3.0, 1.5, 0.3], [0.0, 0.0, 0.0]]}
+
 
 def plan(case, cost):
     """The propellant of a plan at least "energy" or "fuel", or least energy with `WEIGHTS` of the components, and what it costs."""
@@ -120,7 +124,7 @@ def at_random(seed):
 
 
 def main():
-    cases = [at_random(seed) for seed in range(1, 5)] + [{**MARS, "N": n} for n in (100,)]
+    cases = [at_random(seed) for seed in range(1, 5)] + [BETWEEN] + [{**MARS, "N": n} for n in (100,)]
     cases = [{**case, **{cost: plan(case, cost) for cost in ("energy", "weighted", "fuel")}} for case in cases]
     about = ("Transfers by an engine in N LGVI steps, by engine.py (CasADi %s, IPOPT, tolerance 1e-9): what is minimized and the "
              "propellant. From Earth to Mars also the final mass in continuous time." % ca.__version__)

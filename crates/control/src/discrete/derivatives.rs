@@ -82,21 +82,11 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
         self.first(k, &drifted, &controls, &mut first);
         let [after, _] = first.about_drift::<X, U>(lambda);
         let slowing = self.slowing(k, &drifted.begun);
-        let by_density = slowing.map_or_else(Default::default, |glide| glide.by_density());
-        Ok(by_drift(&after, &by_density))
-    }
-
-    /// The derivatives of position and linear momentum at the end of the drift of step `k` by a factor of the angular velocity of
-    /// the air.
-    pub(super) fn drift_by_rotation(
-        &self,
-        k: usize,
-        state: &BodyState,
-        command: &SVector<f64, U>,
-    ) -> [Vector3<f64>; 2] {
-        let begun = self.begin(k, state, &self.controls(command));
-        let slowing = self.slowing(k, &begun);
-        slowing.map_or_else(Default::default, |glide| glide.by_rotation())
+        Ok(slowing.map_or(0.0, |slowing| {
+            let [by_pose, by_momentum] = slowing.by_density();
+            let part = |at: usize| after.fixed_rows::<3>(at);
+            part(pose(0)).dot(&by_pose) + part(momentum(0)).dot(&by_momentum)
+        }))
     }
 
     /// How the effects of the commands in step `k` differ from those in other steps; `states` are those at the two kicks.
@@ -165,15 +155,6 @@ impl<C: Coordinates<N>, const N: usize, const U: usize> KickDriftKick<'_, C, N, 
             into.before_commands = None;
         }
     }
-}
-
-/// The product of a gradient at the end of a drift with changes of position and linear momentum there.
-fn by_drift<const X: usize>(
-    after: &SVector<f64, X>,
-    [by_pose, by_momentum]: &[Vector3<f64>; 2],
-) -> f64 {
-    after.fixed_rows::<3>(pose(0)).dot(by_pose)
-        + after.fixed_rows::<3>(momentum(0)).dot(by_momentum)
 }
 
 /// The multipliers of the loads that act over `tau` before the state that `lambda` belongs to.

@@ -368,7 +368,9 @@ where
         state: &BodyState,
         command: &SVector<f64, U>,
     ) -> [Vector3<f64>; 2] {
-        self.drift_by_rotation(k, state, command)
+        let begun = self.begin(k, state, &self.controls(command));
+        let slowing = self.slowing(k, &begun);
+        slowing.map_or_else(Default::default, |slowing| slowing.by_rotation())
     }
 
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X> {

@@ -76,12 +76,10 @@ pub(crate) trait DiscreteDynamics<const X: usize, const U: usize> {
     /// the air; 0 without drag.
     fn by_rotation_of_air(
         &self,
-        _k: usize,
-        _state: &BodyState,
-        _command: &SVector<f64, U>,
-    ) -> [Vector3<f64>; 2] {
-        Default::default()
-    }
+        k: usize,
+        state: &BodyState,
+        command: &SVector<f64, U>,
+    ) -> [Vector3<f64>; 2];
 
     /// The variation `z` with `moved(from, z) = to`.
     fn difference(&self, from: &BodyState, to: &BodyState) -> SVector<f64, X>;

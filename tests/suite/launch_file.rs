@@ -6,7 +6,7 @@ use std::os::unix::fs::PermissionsExt;
 use std::path::{Path as FilePath, PathBuf};
 use std::time::Duration;
 
-use lgvi_middleware::ros::Qos;
+use lgvi_middleware::ros::{Qos, TopicInfo};
 use lgvi_msgs::msg::{Scene, SystemState};
 use lgvi_msgs::nav_msgs::Path;
 use lgvi_msgs::tf2_msgs::TFMessage;
@@ -185,6 +185,15 @@ fn two_flights_side_by_side_have_frames_and_bags_of_their_own() {
         });
         nodes
     });
+    // The flight waits for the recorder of its own topics only.
+    for name in names {
+        let path = format!("/{name}/lgvi_planner/planned_path");
+        within(Duration::from_secs(30), "the recorder of the path", || {
+            let topics = observer.topics();
+            let recorded = |topic: &TopicInfo| topic.name == path && topic.subscriptions > 0;
+            topics.iter().any(recorded).then_some(())
+        });
+    }
     for nodes in ended {
         end(nodes);
     }

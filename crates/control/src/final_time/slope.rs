@@ -180,8 +180,10 @@ fn free_flight(transfer: &Transfer, first: usize) -> Result<Vec<Vector12>, Decou
             .map_err(|source| DecouplingError::Unsolvable { step, source })?;
         let [begin, end] = changes(transfer, &[state, next], &Load::default(), None);
         change = linear.forward(&none, &(change + begin), &SVector::<f64, 6>::zeros()) + end;
-        let by_rotation = steps.by_rotation_of_air(step, &state, &SVector::zeros());
-        change += linear.after_drift::<12>(&by_rotation) / transfer.h;
+        if transfer.body.drag().is_some() {
+            let by_rotation = steps.by_rotation_of_air(step, &state, &SVector::zeros());
+            change += linear.after_drift::<12>(&by_rotation) / transfer.h;
+        }
         all.push(half(&change));
         state = next;
     }
